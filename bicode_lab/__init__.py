@@ -1,0 +1,1 @@
+"""bicode_lab: to be filled."""

@@ -1,0 +1,150 @@
+"""The one event type, and what every stage does to it: make, check, slice, sign, merge.
+
+An event says that pixel (x, y) became brighter (p = 1) or darker (p = 0) at time t.
+Events are kept in one structured array, in the order of their times:
+
+    field   type   meaning                         range
+    x       u2     column, from the left [px]      0 .. width - 1
+    y       u2     row, from the top [px]          0 .. height - 1
+    p       i2     polarity                        0 (OFF, darker), 1 (ON, brighter)
+    t       i8     time [us]                       never falling from one event to the next
+
+The layout is byte for byte that of Metavision's ``EventCD``. The paper writes the
+polarity as +1 and -1 (II-A); `polarity_sign` is the one place where that is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+EVENT_DTYPE = np.dtype([("x", "<u2"), ("y", "<u2"), ("p", "<i2"), ("t", "<i8")], align=True)
+
+Events = npt.NDArray[np.void]
+"""A one-dimensional array of `EVENT_DTYPE`, sorted by ``t``."""
+
+
+def make_events(x: npt.ArrayLike, y: npt.ArrayLike, p: npt.ArrayLike, t_us: npt.ArrayLike) -> Events:
+    """Columns in, one event array out, sorted by time.
+
+    Parameters
+    ----------
+    x, y : array_like, shape (n,)
+        Pixel column and row [px], 0 .. 65535.
+    p : array_like, shape (n,)
+        Polarity, 0 or 1.
+    t_us : array_like, shape (n,)
+        Time [us]; events of equal time keep their order.
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (n,)
+
+    Raises
+    ------
+    ValueError
+        Where the columns differ in length, or a polarity is neither 0 nor 1.
+
+    Examples
+    --------
+    >>> make_events(x=[5, 6], y=[1, 1], p=[1, 0], t_us=[20, 10])["t"]
+    array([10, 20])
+    """
+    columns = [np.atleast_1d(np.asarray(column)) for column in (x, y, p, t_us)]
+    lengths = [column.size for column in columns]
+    if len(set(lengths)) > 1:
+        raise ValueError(f"columns x, y, p, t have {lengths} entries; give one of each per event")
+    if lengths[0] and not np.isin(columns[2], (0, 1)).all():
+        worst = columns[2][~np.isin(columns[2], (0, 1))][0]
+        raise ValueError(f"polarity {worst} is neither 0 nor 1; store OFF as 0 and ON as 1")
+    events = np.empty(lengths[0], EVENT_DTYPE)
+    for name, column in zip(("x", "y", "p", "t"), columns, strict=True):
+        events[name] = column
+    times = events["t"]
+    if times.size > 1 and (times[1:] < times[:-1]).any():
+        events = events[np.argsort(times, kind="stable")]
+    return events
+
+
+def no_events() -> Events:
+    """Nothing in, an empty event array out."""
+    return np.empty(0, EVENT_DTYPE)
+
+
+def check_events(events: Events, width: int, height: int) -> None:
+    """An event array in; silence out where it keeps the rules above.
+
+    Raises
+    ------
+    ValueError
+        Wrong type, time running backwards, polarity not 0/1, or a coordinate outside
+        the sensor: the count of offenders and the position of the first.
+    """
+    if events.dtype != EVENT_DTYPE:
+        raise ValueError(f"events have type {events.dtype}; make them with make_events(x, y, p, t_us)")
+    if events.size == 0:
+        return
+    rules = (
+        (events["x"] >= width, f"x outside the {width} px wide sensor"),
+        (events["y"] >= height, f"y outside the {height} px high sensor"),
+        ((events["p"] != 0) & (events["p"] != 1), "a polarity that is neither 0 nor 1"),
+        (np.diff(events["t"], prepend=events["t"][0]) < 0, "a time before the event ahead of it"),
+    )
+    for broken, what in rules:
+        count = int(np.count_nonzero(broken))
+        if count:
+            first = int(np.argmax(broken))
+            raise ValueError(f"{count} of {events.size} events have {what}; the first is event {first}: {events[first]}")
+
+
+def slice_time(events: Events, start_us: int, end_us: int) -> Events:
+    """Events in, a view of those with ``start_us <= t < end_us`` out.
+
+    Examples
+    --------
+    >>> e = make_events([0, 0, 0], [0, 0, 0], [1, 0, 1], [10, 20, 30])
+    >>> slice_time(e, 10, 30)["t"]
+    array([10, 20])
+    """
+    first, last = np.searchsorted(events["t"], (start_us, end_us))
+    return events[first:last]
+
+
+def polarity_sign(events: Events) -> npt.NDArray[np.int8]:
+    """Events in, the paper's polarity out: +1 for ON, -1 for OFF (II-A).
+
+    Examples
+    --------
+    >>> polarity_sign(make_events([0, 0], [0, 0], [1, 0], [1, 2]))
+    array([ 1, -1], dtype=int8)
+    """
+    return np.where(events["p"] > 0, np.int8(1), np.int8(-1))
+
+
+def merge(*streams: Events) -> Events:
+    """Event arrays in, one array of all their events out, sorted by time (ties: first argument first)."""
+    together = np.concatenate([no_events(), *streams])
+    return together[np.argsort(together["t"], kind="stable")]
+
+
+def merge_streams(first: Iterable[Events], second: Iterable[Events]) -> Iterator[Events]:
+    """Two time-ordered streams of chunks in, one out; no more than a chunk of each is held."""
+    sources = (iter(first), iter(second))
+    held = [_next_chunk(source) for source in sources]
+    while held[0].size and held[1].size:
+        settled_us = min(chunk["t"][-1] for chunk in held)  # no later chunk starts before this
+        cuts = [int(np.searchsorted(chunk["t"], settled_us, side="right")) for chunk in held]
+        yield merge(held[0][: cuts[0]], held[1][: cuts[1]])
+        for i, source in enumerate(sources):
+            held[i] = held[i][cuts[i] :] if cuts[i] < held[i].size else _next_chunk(source)
+    for rest, source in zip(held, sources, strict=True):
+        if rest.size:
+            yield rest
+            yield from (chunk for chunk in source if chunk.size)
+
+
+def _next_chunk(source: Iterator[Events]) -> Events:
+    """The next chunk that holds an event, or an empty one at the end."""
+    return next((chunk for chunk in source if chunk.size), no_events())
