@@ -1,1 +1,18 @@
-"""To be filled."""
+"""III-A, the transmitter: packet -> Manchester -> LED, on a board."""
+
+from bicode_lab.marker.board import Board
+from bicode_lab.marker.led import LedWaveform, luminance_ratio
+from bicode_lab.marker.manchester import manchester_decode, manchester_encode
+from bicode_lab.marker.packet import PacketFormat, encode_packet
+from bicode_lab.marker.unit import Marker
+
+__all__ = [
+    "Board",
+    "LedWaveform",
+    "Marker",
+    "PacketFormat",
+    "encode_packet",
+    "luminance_ratio",
+    "manchester_decode",
+    "manchester_encode",
+]

@@ -1,0 +1,200 @@
+"""Fig. 5: what one packet says.   payload -> bits -> chips, and bits -> payload
+
+A packet is a start (LED off), the payload and a checksum, bit after bit at f_ID.
+Each bit is two chips (half bits) by Manchester coding, see `manchester`. The paper's
+packet is 3 + 8 + 3 bits at 1 kHz: 14 ms for 8 payload bits, 571 bit/s (III-A).
+
+The paper does not print the checksum rule. Three bits that are "a check sum" hold the
+number of ones modulo 8; a CRC of three bits is the other choice offered here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from bicode_lab.marker.manchester import Convention, manchester_encode
+
+Bits = npt.NDArray[np.uint8]
+ChecksumKind = Literal["sum", "crc3"]
+BitOrder = Literal["msb", "lsb"]
+
+CRC3_DIVISOR = 0b1011  # x^3 + x + 1
+CRC3_FINAL_XOR = 0b111
+
+
+@dataclass(frozen=True, kw_only=True)
+class PacketFormat:
+    """The settings that marker and receiver share; the defaults are the paper's (III-A, Fig. 5).
+
+    Parameters
+    ----------
+    start_bits : int
+        Length of the start, LED off, in bit times; at least 2, because data hold off runs of one.
+    payload_bits : int
+        Width of the ID, 1 .. 32; 8 bits are 256 IDs.
+    checksum : {"sum", "crc3"}
+        Number of ones in the payload modulo 2**checksum_bits, or CRC-3 (x^3 + x + 1, initial 0, final xor 7).
+    checksum_bits : int
+        Width of the checksum, 1 .. 8; a CRC-3 has 3.
+    f_id_hz : float
+        Bit rate f_ID [Hz]; one chip lasts 1 / (2 f_ID).
+    manchester : {"ieee", "thomas"}
+        Which way a 1 goes: "ieee" off then on, "thomas" on then off.
+    bit_order : {"msb", "lsb"}
+        Which end of payload and checksum is sent first.
+
+    Examples
+    --------
+    >>> paper = PacketFormat()
+    >>> paper.packet_us, round(paper.payload_rate_bps)
+    (14000.0, 571)
+    """
+
+    start_bits: int = 3
+    payload_bits: int = 8
+    checksum: ChecksumKind = "sum"
+    checksum_bits: int = 3
+    f_id_hz: float = 1000.0
+    manchester: Convention = "ieee"
+    bit_order: BitOrder = "msb"
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.start_bits <= 64:
+            raise ValueError(f"start_bits={self.start_bits} is not in 2 .. 64; data hold off runs of one bit, so take 2+")
+        if not 1 <= self.payload_bits <= 32:
+            raise ValueError(f"payload_bits={self.payload_bits} is not in 1 .. 32")
+        if self.checksum not in ("sum", "crc3"):
+            raise ValueError(f"checksum={self.checksum!r} is not known; choose 'sum' or 'crc3'")
+        if not 1 <= self.checksum_bits <= 8:
+            raise ValueError(f"checksum_bits={self.checksum_bits} is not in 1 .. 8")
+        if self.checksum == "crc3" and self.checksum_bits != 3:
+            raise ValueError(f"checksum_bits={self.checksum_bits} does not fit a CRC-3; choose 3, or checksum='sum'")
+        if not 0 < self.f_id_hz <= 100_000:
+            raise ValueError(f"f_id_hz={self.f_id_hz} is not in 0 .. 100000 Hz")
+        if self.manchester not in ("ieee", "thomas"):
+            raise ValueError(f"manchester={self.manchester!r} is not known; choose 'ieee' or 'thomas'")
+        if self.bit_order not in ("msb", "lsb"):
+            raise ValueError(f"bit_order={self.bit_order!r} is not known; choose 'msb' or 'lsb'")
+
+    @property
+    def data_bits(self) -> int:
+        """Bits behind the start: payload and checksum."""
+        return self.payload_bits + self.checksum_bits
+
+    @property
+    def packet_bits(self) -> int:
+        """Bit times of a whole packet: start, payload, checksum."""
+        return self.start_bits + self.data_bits
+
+    @property
+    def chip_us(self) -> float:
+        """Length of a chip, half a bit [us]."""
+        return 5e5 / self.f_id_hz
+
+    @property
+    def packet_us(self) -> float:
+        """Length of a whole packet [us]."""
+        return self.packet_bits * 2 * self.chip_us
+
+    @property
+    def payload_rate_bps(self) -> float:
+        """Payload bits per second of a marker that sends without pause [bit/s]."""
+        return self.payload_bits / (self.packet_us * 1e-6)
+
+
+def payload_to_bits(payload: int, packet_format: PacketFormat) -> Bits:
+    """A payload in, its bits in the order they are sent out, shape (payload_bits,).
+
+    Examples
+    --------
+    >>> payload_to_bits(0x25, PacketFormat())
+    array([0, 0, 1, 0, 0, 1, 0, 1], dtype=uint8)
+    """
+    if not 0 <= payload < 2**packet_format.payload_bits:
+        raise ValueError(
+            f"payload={payload} does not fit payload_bits={packet_format.payload_bits}; "
+            f"choose 0 .. {2**packet_format.payload_bits - 1}, or more bits"
+        )
+    return _number_to_bits(payload, packet_format.payload_bits, packet_format.bit_order)
+
+
+def checksum(payload: int, packet_format: PacketFormat) -> int:
+    """A payload in, its checksum out, as a number of ``checksum_bits`` bits.
+
+    Examples
+    --------
+    >>> checksum(0x25, PacketFormat()), checksum(0x25, PacketFormat(checksum="crc3"))
+    (3, 1)
+    """
+    if packet_format.checksum == "sum":
+        return payload.bit_count() % 2**packet_format.checksum_bits
+    remainder = payload << 3
+    for shift in range(packet_format.payload_bits - 1, -1, -1):
+        if remainder >> (shift + 3) & 1:
+            remainder ^= CRC3_DIVISOR << shift
+    return remainder ^ CRC3_FINAL_XOR
+
+
+def encode_packet(payload: int, packet_format: PacketFormat) -> Bits:
+    """A payload in, the LED state of every chip of one packet out, shape (2 * packet_bits,), 0 off, 1 on.
+
+    Examples
+    --------
+    >>> "".join(map(str, encode_packet(0x25, PacketFormat())))
+    '0000001010011010011001100101'
+    """
+    bits = payload_to_bits(payload, packet_format)
+    check = _number_to_bits(checksum(payload, packet_format), packet_format.checksum_bits, packet_format.bit_order)
+    start = np.zeros(2 * packet_format.start_bits, np.uint8)
+    return np.concatenate([start, manchester_encode(np.concatenate([bits, check]), packet_format.manchester)])
+
+
+def decode_data_bits(bits: npt.ArrayLike, packet_format: PacketFormat) -> tuple[int, bool]:
+    """The bits behind the start in, shape (data_bits,), the payload and whether the checksum holds out.
+
+    Examples
+    --------
+    >>> decode_data_bits([0, 0, 1, 0, 0, 1, 0, 1, 0, 1, 1], PacketFormat())
+    (37, True)
+    """
+    data = np.asarray(bits, np.uint8)
+    if data.shape != (packet_format.data_bits,):
+        raise ValueError(f"{data.shape} bits given; payload and checksum are {packet_format.data_bits}")
+    payload = _bits_to_number(data[: packet_format.payload_bits], packet_format.bit_order)
+    check = _bits_to_number(data[packet_format.payload_bits :], packet_format.bit_order)
+    return payload, check == checksum(payload, packet_format)
+
+
+def is_polarity_ambiguous(packet_format: PacketFormat) -> bool:
+    """A format in; True out where a packet read in the wrong Manchester convention still passes its checksum.
+
+    The wrong convention inverts every bit. The sum passes that where ``payload_bits + 1``
+    is a multiple of ``2**checksum_bits``, the CRC-3 for every seventh width from 4 on.
+    Both are settled by one payload: the rule is the same for all of them.
+
+    Examples
+    --------
+    >>> [n for n in range(1, 24) if is_polarity_ambiguous(PacketFormat(payload_bits=n))]
+    [7, 15, 23]
+    >>> [n for n in range(1, 24) if is_polarity_ambiguous(PacketFormat(payload_bits=n, checksum="crc3"))]
+    [4, 11, 18]
+    """
+    all_ones = 2**packet_format.payload_bits - 1
+    inverted = 2**packet_format.checksum_bits - 1 - checksum(0, packet_format)
+    return checksum(all_ones, packet_format) == inverted
+
+
+def _number_to_bits(number: int, width: int, order: BitOrder) -> Bits:
+    """A number in, its `width` bits in the order they are sent out."""
+    shifts = np.arange(width) if order == "lsb" else np.arange(width)[::-1]
+    return ((number >> shifts) & 1).astype(np.uint8)
+
+
+def _bits_to_number(bits: Bits, order: BitOrder) -> int:
+    """Bits in the order they were sent in, their number out."""
+    sent = bits[::-1] if order == "lsb" else bits
+    return int("".join(map(str, sent.tolist())), 2)
