@@ -84,18 +84,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str] | None) -> int:
     """Run the command; errors become one line and the exit code."""
     try:
-        result = cli.main(
-            args=None if arguments is None else list(arguments), prog_name="bicode", standalone_mode=False
-        )
+        typed = list(sys.argv[1:] if arguments is None else arguments)
+        result = cli.main(args=typed, prog_name="bicode", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except click.exceptions.Exit as ended:
         return ended.exit_code
     except (KeyboardInterrupt, click.Abort):
         click.echo("bicode: stopped", err=True)
         return 130
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        return error.exit_code
     except click.ClickException as error:
-        where = f" (bicode {error.ctx.info_name} --help)" if _is_of_command(error) else ""
-        return _say(error.format_message() + where, error.exit_code)
+        return _say(error.format_message() + _where_to_read(error), error.exit_code)
     except BrokenPipeError:  # the reader of a pipe (head, less) has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -106,10 +107,10 @@ def _run(arguments: Sequence[str] | None) -> int:
         return _say(str(error), 2)
 
 
-def _is_of_command(error: click.ClickException) -> bool:
-    """Whether a usage error belongs to one command (and not to bicode itself)."""
+def _where_to_read(error: click.ClickException) -> str:
+    """Where misuse of one command (not of bicode itself) is explained."""
     ctx = getattr(error, "ctx", None)
-    return ctx is not None and ctx.parent is not None
+    return f" (see: bicode {ctx.info_name} --help)" if ctx is not None and ctx.parent is not None else ""
 
 
 def _say(message: str, code: int) -> int:

@@ -8,6 +8,7 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -40,8 +41,8 @@ def all_checks() -> Iterator[Check]:
     """Nothing in, the checks out, quick ones first."""
     yield "python", check_python, "install Python 3.11, 3.12 or 3.13, then make PYTHON=python3.12 clean-all figures"
     pins = read_pins()
-    for requirement in requirements():
-        yield requirement[0], lambda r=requirement: check_package(*r, pins.get(r[0].lower())), INSTALL
+    for name, allowed in requirements():
+        yield name, partial(check_package, name, allowed, pins.get(name.lower())), INSTALL
     yield "cv2.aruco", check_aruco, "uninstall other opencv packages, they share a folder; then " + INSTALL
     yield "numba", check_numba, INSTALL
     yield "fonts", check_fonts, INSTALL
@@ -74,7 +75,7 @@ def read_pins() -> dict[str, str]:
 
 def check_python() -> str:
     """The version, or an error where it is too old."""
-    if sys.version_info < (3, 11):
+    if tuple(sys.version_info) < (3, 11):
         raise RuntimeError(f"{platform.python_version()} is older than 3.11")
     return f"{platform.python_version()} at {sys.executable}"
 

@@ -45,9 +45,8 @@ def parameters_of(path: str | Path) -> dict[str, Parameter]:
     try:
         statements = ast.parse(source).body
     except SyntaxError as error:
-        raise ValueError(
-            f"the parameters cell of {path.name} is not Python: line {error.lineno}: {error.msg}"
-        ) from None
+        where = f"line {error.lineno}: {error.msg}"
+        raise ValueError(f"the parameters cell of {path.name} is not Python: {where}") from None
     for statement in statements:
         line = lines[statement.lineno - 1]
         try:

@@ -97,8 +97,8 @@ def run_notebook(
     NotebookError
         A cell failed.
     """
-    path = Path(path).resolve()
     values = check_parameters(path, parameters or {})
+    path = Path(path).resolve()
     if "quick" in parameters_of(path):
         values.setdefault("quick", quick)
     output = Path(output or repository_root() / "build" / "notebooks" / path.name).resolve()
@@ -150,8 +150,8 @@ def _kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
         spec = Path(folder) / "kernels" / KERNEL_NAME
         spec.mkdir(parents=True)
         argv = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
-        text = json.dumps({"argv": argv, "display_name": "bicode_lab", "language": "python"})
-        (spec / "kernel.json").write_text(text, encoding="utf-8")
+        about = {"display_name": "bicode_lab", "language": "python", "metadata": {"supported_encryption": ["curve"]}}
+        (spec / "kernel.json").write_text(json.dumps({"argv": argv, **about}), encoding="utf-8")
         changed = {
             "BICODE_FIGURES": str(figures),
             "JUPYTER_PATH": os.pathsep.join(filter(None, [folder, os.environ.get("JUPYTER_PATH")])),
@@ -193,10 +193,9 @@ def _execute(path: Path, output: Path, values: dict[str, Any]) -> None:
         )
     except PapermillExecutionError as error:
         where = f"cell {_cell_number(path, error.cell_index, bool(values))}"
-        reason = f"{error.ename}: {error.evalue}".strip().splitlines() or [error.ename]
-        raise _failure(
-            path, where, reason[-1] if len(reason) == 1 else f"{reason[0]} ... {reason[-1]}", log, str(error)
-        )
+        reason = f"{error.ename}: {error.evalue}".strip().splitlines()
+        said = reason[0] if len(reason) == 1 else f"{reason[0]} ... {reason[-1]}"
+        raise _failure(path, where, said, log, str(error)) from None
     except CellTimeoutError as error:
         raise _failure(path, "a cell", f"took longer than {TIMEOUT_S} s", log, str(error)) from None
     except DeadKernelError as error:
