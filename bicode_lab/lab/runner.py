@@ -149,8 +149,8 @@ def _kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
     with tempfile.TemporaryDirectory(prefix="bicode-kernel-") as folder:
         spec = Path(folder) / "kernels" / KERNEL_NAME
         spec.mkdir(parents=True)
-        argv = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
-        about = {"display_name": "bicode_lab", "language": "python", "metadata": {"supported_encryption": ["curve"]}}
+        argv = [sys.executable, "-m", "ipykernel_launcher", "--log-level=ERROR", "-f", "{connection_file}"]
+        about = {"display_name": "bicode_lab", "language": "python"}
         (spec / "kernel.json").write_text(json.dumps({"argv": argv, **about}), encoding="utf-8")
         changed = {
             "BICODE_FIGURES": str(figures),
