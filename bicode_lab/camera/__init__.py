@@ -1,1 +1,26 @@
-"""To be filled."""
+"""The channel and the sensor: light path -> pixels -> readout, a synthetic event camera."""
+
+from bicode_lab.camera.background import Wall, textured_wall
+from bicode_lab.camera.motion import Moving, Pose, Still, pan, spin
+from bicode_lab.camera.optics import Light, Optics
+from bicode_lab.camera.readout import Readout
+from bicode_lab.camera.record import Placed, Recorder, Scene, record
+from bicode_lab.camera.sensor import PixelModel
+
+__all__ = [
+    "Light",
+    "Moving",
+    "Optics",
+    "PixelModel",
+    "Placed",
+    "Pose",
+    "Readout",
+    "Recorder",
+    "Scene",
+    "Still",
+    "Wall",
+    "pan",
+    "record",
+    "spin",
+    "textured_wall",
+]

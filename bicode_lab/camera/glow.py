@@ -1,0 +1,207 @@
+"""The image of a glowing plate: board, pose -> share of the face's luminance on every pixel.
+
+Near or far, the sharp image is drawn finer than the pixels, blurred by the lens (a
+Gaussian core and a wide halo) and then read off at the pixels. While a marker moves
+without changing its shape, its blurred image is drawn once and shifted or turned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numba as nb
+import numpy as np
+import numpy.typing as npt
+
+from bicode_lab.camera.motion import Floats, Pose
+from bicode_lab.camera.optics import Optics, plate_homography
+from bicode_lab.marker import Board
+
+Image = npt.NDArray[np.float32]
+
+SHAPE_TOLERANCE = 0.02  # a template serves until a side of the plate has changed by this share
+HALO_REACH = 3.0  # the halo is drawn out to this many of its standard deviations
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle of pixels: columns ``x0 .. x1 - 1``, rows ``y0 .. y1 - 1``."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+    @property
+    def is_empty(self) -> bool:
+        """True where no pixel is inside."""
+        return self.x0 >= self.x1 or self.y0 >= self.y1
+
+    def clipped(self, width: int, height: int) -> Box:
+        """The part of it on a sensor."""
+        return Box(max(self.x0, 0), max(self.y0, 0), min(self.x1, width), min(self.y1, height))
+
+    def joined(self, other: Box) -> Box:
+        """The smallest box around both."""
+        return Box(
+            min(self.x0, other.x0), min(self.y0, other.y0), max(self.x1, other.x1), max(self.y1, other.y1)
+        )
+
+    def overlaps(self, other: Box) -> bool:
+        """True where both share a pixel."""
+        return self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
+
+
+@dataclass(frozen=True)
+class Template:
+    """A blurred image of one plate, finer than the pixels, and the pose it was drawn for.
+
+    Parameters
+    ----------
+    glow : ndarray, float32
+        Share of the face's luminance.
+    mask : ndarray, float32
+        Share of the pixel that the plate covers.
+    to_template : ndarray, shape (3, 3)
+        Homography from the plate [m] to the template's pixels.
+    shape_px : ndarray, shape (6,)
+        Sides and diagonals of the plate's image when it was drawn [px].
+    """
+
+    glow: Image
+    mask: Image
+    to_template: Floats
+    shape_px: Floats
+
+
+def side_faces(board: Board) -> list[Floats]:
+    """A board in, the corners of its four side faces out, each shape (4, 3) [m]: face edge first, then the back's."""
+    front = board.plate_corners_m()
+    back = front - [0, 0, board.thickness_m]
+    return [np.stack([front[i], front[(i + 1) % 4], back[(i + 1) % 4], back[i]]) for i in range(4)]
+
+
+def image_corners(board: Board, pose: Pose, optics: Optics) -> Floats:
+    """The eight corners of the plate in the image, shape (8, 2) [px], front first; nan behind the camera."""
+    front = board.plate_corners_m()
+    return optics.project(pose.apply(np.concatenate([front, front - [0, 0, board.thickness_m]])))
+
+
+def reach_px(optics: Optics) -> float:
+    """How far the light of a point spreads [px]."""
+    wide = HALO_REACH * optics.halo_px if optics.halo_fraction else 0.0
+    return max(wide, 4 * optics.blur_px)
+
+
+def plate_box(board: Board, pose: Pose, optics: Optics) -> Box:
+    """A posed board in, the pixels that its light reaches out, clipped to the sensor; empty where it is not in view."""
+    corners = image_corners(board, pose, optics)
+    if np.isnan(corners).any():
+        return Box(0, 0, 0, 0)
+    reach = reach_px(optics)
+    low, high = np.floor(corners.min(0) - reach), np.ceil(corners.max(0) + reach) + 1
+    far = 1 << 20
+    x0, y0, x1, y1 = (int(v) for v in np.clip([*low, *high], -far, far))
+    return Box(x0, y0, x1, y1).clipped(optics.width, optics.height)
+
+
+def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) -> Template:
+    """A posed board in, its blurred image out.
+
+    Parameters
+    ----------
+    edge_glow : float
+        Luminance of the plate's side faces over that of its face; they are what is seen at grazing angles (IV-B).
+    """
+    shape = shape_px(board, pose, optics)
+    corners = image_corners(board, pose, optics)
+    finer = int(np.clip(np.ceil(64 / max(np.ptp(corners[:, 0]), np.ptp(corners[:, 1]))), 2, 8))
+    reach = reach_px(optics)
+    x0, y0 = np.floor(corners.min(0) - reach)
+    columns, rows = (np.ceil(np.ptp(corners, axis=0) + 2 * reach).astype(int) + 2) * finer
+    # Sub-pixel i of a pixel's n lies (i + 0.5) / n - 0.5 beside its centre.
+    to_fine = np.array([[finer, 0, (0.5 - x0) * finer - 0.5], [0, finer, (0.5 - y0) * finer - 0.5], [0, 0, 1.0]])
+    glow = np.zeros((rows, columns), np.float32)
+    mask = np.zeros((rows, columns), np.float32)
+    samples = 4
+    for cells, corners_m in _faces(board, edge_glow):
+        placed = pose.apply(corners_m)
+        normal = np.cross(placed[1] - placed[0], placed[3] - placed[0])
+        if normal @ placed[0] <= 0:  # seen from behind
+            continue
+        quad = optics.project(placed) @ to_fine[:2, :2].T + to_fine[:2, 2]
+        unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
+        to_cells = cv2.getPerspectiveTransform(quad.astype(np.float32), unit)
+        low = np.clip(np.floor(quad.min(0)).astype(int) - 1, 0, None)
+        high = np.clip(np.ceil(quad.max(0)).astype(int) + 2, 0, [columns, rows])
+        _draw_face(glow, mask, cells.astype(np.float32), to_cells, low[0], low[1], high[0], high[1], samples)
+    scale = to_fine @ plate_homography(pose, optics)
+    return Template(_blur(glow, optics, finer), _blur(mask, optics, finer), scale, shape)
+
+
+def _faces(board: Board, edge_glow: float) -> list[tuple[npt.NDArray[np.float64], Floats]]:
+    """Cells and corners of the front and of the side faces, corners clockwise as seen from outside."""
+    faces: list[tuple[npt.NDArray[np.float64], Floats]] = [(board.cells().astype(float), board.plate_corners_m())]
+    for corners in side_faces(board):
+        faces.append((np.array([[edge_glow]]), corners[::-1]))
+    return faces
+
+
+def shape_px(board: Board, pose: Pose, optics: Optics) -> Floats:
+    """Sides and diagonals of the plate's image, shape (6,) [px]."""
+    corners = optics.project(pose.apply(board.plate_corners_m()))
+    pairs = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3)]
+    return np.array([np.hypot(*(corners[a] - corners[b])) for a, b in pairs])
+
+
+def serves(template: Template, board: Board, pose: Pose, optics: Optics) -> bool:
+    """True where the template still has the shape of the plate in this pose."""
+    now = shape_px(board, pose, optics)
+    return bool(np.all(np.abs(now - template.shape_px) <= SHAPE_TOLERANCE * template.shape_px + 0.02))
+
+
+def read_template(template: Template, pose: Pose, optics: Optics, box: Box) -> tuple[Image, Image]:
+    """A template, a pose and a box of pixels in; glow and mask on those pixels out, shape (rows, columns)."""
+    to_pixels = plate_homography(pose, optics) @ np.linalg.inv(template.to_template)
+    to_pixels = np.array([[1, 0, -box.x0], [0, 1, -box.y0], [0, 0, 1.0]]) @ to_pixels
+    size = (box.x1 - box.x0, box.y1 - box.y0)
+    flags = cv2.INTER_LINEAR
+    glow = cv2.warpPerspective(template.glow, to_pixels, size, flags=flags)
+    mask = cv2.warpPerspective(template.mask, to_pixels, size, flags=flags)
+    return glow, mask
+
+
+def _blur(image: Image, optics: Optics, finer: int) -> Image:
+    """A sharp fine image in, the lens's image of it, averaged over each pixel's square, out."""
+    core = finer * np.sqrt(optics.blur_px**2 + 1 / 12)  # the pixel's square has this variance
+    blurred = cv2.GaussianBlur(image, (0, 0), core, borderType=cv2.BORDER_CONSTANT)
+    if optics.halo_fraction:
+        halo = cv2.GaussianBlur(image, (0, 0), finer * optics.halo_px, borderType=cv2.BORDER_CONSTANT)
+        blurred = (1 - optics.halo_fraction) * blurred + optics.halo_fraction * halo
+    return np.asarray(blurred, np.float32)
+
+
+@nb.njit(cache=True)
+def _draw_face(
+    glow: Image, mask: Image, cells: Image, to_cells: Floats, x0: int, y0: int, x1: int, y1: int, samples: int
+) -> None:
+    """Add a face's cells to the fine image, `samples` x `samples` points a fine pixel; `to_cells` ends in the unit square."""
+    n_rows, n_columns = cells.shape
+    weight = np.float32(1.0 / (samples * samples))
+    for row in range(y0, y1):
+        for column in range(x0, x1):
+            lit = 0.0
+            hit = 0
+            for i in range(samples):
+                y = row + (i + 0.5) / samples - 0.5
+                for j in range(samples):
+                    x = column + (j + 0.5) / samples - 0.5
+                    w = to_cells[2, 0] * x + to_cells[2, 1] * y + to_cells[2, 2]
+                    u = (to_cells[0, 0] * x + to_cells[0, 1] * y + to_cells[0, 2]) / w
+                    v = (to_cells[1, 0] * x + to_cells[1, 1] * y + to_cells[1, 2]) / w
+                    if 0.0 <= u < 1.0 and 0.0 <= v < 1.0:
+                        hit += 1
+                        lit += cells[int(v * n_rows), int(u * n_columns)]
+            glow[row, column] += np.float32(lit) * weight
+            mask[row, column] += np.float32(hit) * weight

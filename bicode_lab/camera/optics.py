@@ -1,0 +1,151 @@
+"""The light path: plate -> lens -> signal on every pixel.
+
+A pixel answers to the logarithm of its light, so only ratios count. The unit of light
+here, the *signal*, is what the paper's office wall gives: 350 lx, mean reflectance,
+F5.6, no filter. An LED's share of it does not depend on the lens opening; the speed
+of a pixel does (see `sensor`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from bicode_lab.camera.motion import Floats, Pose
+
+IR88_TRANSMITTANCE = 0.8  # of the IR88 filter at 940 nm, and next to nothing of visible light (III-A)
+REFERENCE_LUX = 350.0  # the paper's office (IV-A)
+REFERENCE_F_NUMBER = 5.6  # the lens with red LEDs (III-B)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Optics:
+    """Sensor geometry and lens; the defaults are the paper's EVK4 with its 8 mm lens (III-B).
+
+    Parameters
+    ----------
+    width, height : int
+        Sensor [px].
+    pitch_um : float
+        Side of a pixel [um].
+    focal_length_mm : float
+    f_number : float
+    blur_px : float
+        Standard deviation of the core of a point's image [px]; a trial needed 1 .. 1.5.
+    halo_fraction : float
+        Share of a point's light that lands in a wide halo (glare of lens and plate); a trial needed 0.02 .. 0.05.
+    halo_px : float
+        Standard deviation of that halo [px]; an assumption.
+    infrared_filter : bool
+        The IR88 filter of III-A in front of the lens.
+    """
+
+    width: int = 1280
+    height: int = 720
+    pitch_um: float = 4.86
+    focal_length_mm: float = 8.0
+    f_number: float = 5.6
+    blur_px: float = 1.2
+    halo_fraction: float = 0.03
+    halo_px: float = 8.0
+    infrared_filter: bool = False
+
+    def __post_init__(self) -> None:
+        if not (1 <= self.width <= 65536 and 1 <= self.height <= 65536):
+            raise ValueError(f"width={self.width}, height={self.height}: choose 1 .. 65536 px each")
+        for name in ("pitch_um", "focal_length_mm", "f_number", "blur_px", "halo_px"):
+            if getattr(self, name) <= 0:
+                raise ValueError(f"{name}={getattr(self, name)} is not possible; choose more than 0")
+        if not 0 <= self.halo_fraction < 1:
+            raise ValueError(f"halo_fraction={self.halo_fraction} is not in 0 .. 1")
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length in pixels: a thing of size s at distance d is ``s * focal_px / d`` wide."""
+        return self.focal_length_mm * 1e3 / self.pitch_um
+
+    @property
+    def matrix(self) -> Floats:
+        """The camera matrix K, shape (3, 3); pixel centres lie on whole numbers."""
+        return np.array(
+            [
+                [self.focal_px, 0.0, (self.width - 1) / 2],
+                [0.0, self.focal_px, (self.height - 1) / 2],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    def project(self, points_m: npt.ArrayLike) -> Floats:
+        """Points in camera axes, shape (n, 3) [m], in; image points, shape (n, 2) [px], out; nan behind the camera.
+
+        Examples
+        --------
+        >>> Optics().project([[0.0, 0.0, 2.5]])
+        array([[639.5, 359.5]])
+        """
+        points = np.asarray(points_m, float)
+        depth = np.where(points[:, 2:] > 1e-6, points[:, 2:], np.nan)
+        return np.asarray((points @ self.matrix.T)[:, :2] / depth)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Light:
+    """What lights the scene, and how the LED compares.
+
+    Parameters
+    ----------
+    illuminance_lux : float
+        350 in the paper's office, 2000 on its evening outdoors, 10,000 and more at noon.
+    reflectance : float
+        Of the surroundings, relative to the office's mean.
+    plate_reflectance : float
+        Of the plate with its LED off, relative to the same; 1 makes the dark plate invisible.
+    led_to_ambient : float
+        Signal of a red face at 10.7 mA on 5 cm over that of the office; a trial needed 1.4.
+    infrared_led_to_ambient : float
+        The same for the 940 nm LED without a filter; assumed equal.
+    infrared_share : float
+        What 940 nm ambient light adds, relative to the visible: next to nothing under office
+        lamps, of order one under daylight.
+    """
+
+    illuminance_lux: float = 350.0
+    reflectance: float = 1.0
+    plate_reflectance: float = 1.0
+    led_to_ambient: float = 1.4
+    infrared_led_to_ambient: float = 1.4
+    infrared_share: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name in ("illuminance_lux", "reflectance", "plate_reflectance"):
+            if getattr(self, name) <= 0:
+                raise ValueError(f"{name}={getattr(self, name)}: a log pixel needs some light; choose more than 0")
+        for name in ("led_to_ambient", "infrared_led_to_ambient", "infrared_share"):
+            if getattr(self, name) < 0:
+                raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
+
+
+def ambient_signal(light: Light, optics: Optics) -> float:
+    """Light and lens in, the signal of a surface of reflectance 1 out (times its reflectance elsewhere)."""
+    visible_and_infrared = 1 + light.infrared_share
+    seen = IR88_TRANSMITTANCE * light.infrared_share if optics.infrared_filter else visible_and_infrared
+    opening = (REFERENCE_F_NUMBER / optics.f_number) ** 2
+    # 1 for the paper's office by definition, whose lamps' little infrared is in it.
+    return light.illuminance_lux / REFERENCE_LUX * seen / visible_and_infrared * opening
+
+
+def led_signal(luminance_ratio: float, band: str, light: Light, optics: Optics) -> float:
+    """Face luminance relative to 10.7 mA on 5 cm and its band in, its signal at full level out."""
+    opening = (REFERENCE_F_NUMBER / optics.f_number) ** 2
+    if band == "infrared":
+        passed = IR88_TRANSMITTANCE if optics.infrared_filter else 1.0
+        return luminance_ratio * light.infrared_led_to_ambient * passed * opening
+    return 0.0 if optics.infrared_filter else luminance_ratio * light.led_to_ambient * opening
+
+
+def plate_homography(pose: Pose, optics: Optics) -> Floats:
+    """A pose of a plane z = 0 in, the homography from it [m] to the image [px] out, shape (3, 3)."""
+    columns = np.column_stack([pose.rotation[:, 0], pose.rotation[:, 1], pose.position_m])
+    return np.asarray(optics.matrix @ columns)

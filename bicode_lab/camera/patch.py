@@ -1,0 +1,156 @@
+"""The part of the sensor that a plate lights, over a span of time.
+
+A patch holds what the pixel kernel needs: the signal without LEDs and that of each
+LED at full level, once for every step of what moves, and the LEDs' levels over time.
+Plates whose light meets on the sensor share a patch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from bicode_lab.camera.background import Wall
+from bicode_lab.camera.glow import Box, Image, Template, make_template, plate_box, read_template, serves
+from bicode_lab.camera.motion import Floats, Pose
+from bicode_lab.camera.optics import ambient_signal, led_signal
+from bicode_lab.camera.sensor import F4, F8, I4, I8, NOISE_REACH, PixelModel, PixelState
+from bicode_lab.marker import LedWaveform, Marker
+
+if TYPE_CHECKING:
+    from bicode_lab.camera.record import Scene
+
+
+class PlateImage:
+    """One marker as the camera sees it, pose after pose."""
+
+    def __init__(self, marker: Marker, scene: Scene) -> None:
+        self.marker = marker
+        self.waveform = marker.waveform
+        self._optics = scene.optics
+        self._edge_glow = scene.edge_glow
+        light = scene.light
+        self.full_signal = led_signal(marker.luminance_ratio, marker.band, light, scene.optics)
+        self.dark_signal = ambient_signal(light, scene.optics) * light.plate_reflectance
+        self.sensor_width = scene.optics.width
+        self._template: Template | None = None
+
+    def reach(self, poses: list[Pose]) -> Box:
+        """Poses in, the pixels that its light reaches in any of them out."""
+        reached = Box(0, 0, 0, 0)
+        for pose in poses[:: max(1, len(poses) - 1)] if len(poses) > 1 else poses:
+            box = plate_box(self.marker.board, pose, self._optics)
+            reached = box if reached.is_empty else reached if box.is_empty else reached.joined(box)
+        return reached
+
+    def image(self, pose: Pose, box: Box) -> tuple[Image, Image]:
+        """A pose and a box in; share of the face's luminance and cover of each pixel out, shape (rows, columns)."""
+        if plate_box(self.marker.board, pose, self._optics).is_empty:
+            nothing = np.zeros((box.y1 - box.y0, box.x1 - box.x0), np.float32)
+            return nothing, nothing
+        if self._template is None or not serves(self._template, self.marker.board, pose, self._optics):
+            self._template = make_template(self.marker.board, pose, self._optics, self._edge_glow)
+        return read_template(self._template, pose, self._optics, box)
+
+    def cover(self, signal: F4, pose: Pose) -> None:
+        """Put the plate, LED off, into the signal of the whole sensor."""
+        box = plate_box(self.marker.board, pose, self._optics)
+        if box.is_empty:
+            return
+        mask = self.image(pose, box)[1]
+        part = signal[box.y0 : box.y1, box.x0 : box.x1]
+        part += mask * (self.dark_signal - part)
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Pixels, their signal at every step of what moves, and the LEDs that light them.
+
+    Parameters
+    ----------
+    index : ndarray, shape (n,)
+        Places on the sensor.
+    ambient : ndarray, shape (maps, n)
+    glow : ndarray, shape (maps, markers, n)
+    lowest, highest : ndarray, shape (n,)
+        Log signal at the least and at the most, over maps and LED levels.
+    last : ndarray, shape (n,)
+        Log signal at the end of the span, LEDs off.
+    waveforms : tuple of LedWaveform
+    """
+
+    index: I4
+    ambient: F4
+    glow: F4
+    lowest: F4
+    highest: F4
+    last: F4
+    waveforms: tuple[LedWaveform, ...]
+
+    @classmethod
+    def draw(
+        cls, box: Box, plates: list[PlateImage], poses: list[list[Pose]], log_ambient: float,
+        wall: Wall | None, views: list[Floats],
+    ) -> Patch:  # fmt: skip
+        """A box, the plates in it with their pose at every step, and the wall's view at every step in; a patch out."""
+        steps, shape = len(poses[0]), (box.y1 - box.y0, box.x1 - box.x0)
+        ambient = np.empty((steps, *shape), np.float32)
+        glow = np.empty((steps, len(plates), *shape), np.float32)
+        for s in range(steps):
+            ambient[s] = np.float32(np.exp(log_ambient))
+            if wall is not None:
+                ambient[s] *= np.exp(wall.log_reflectance(views[s], box.x0, box.y0, box.x1, box.y1))
+            for m, plate in enumerate(plates):
+                lit, mask = plate.image(poses[m][s], box)
+                ambient[s] += mask * (plate.dark_signal - ambient[s])
+                np.multiply(lit, plate.full_signal, out=glow[s, m])
+        ambient, glow = ambient.reshape(steps, -1), glow.reshape(steps, len(plates), -1)
+        rows, columns = np.mgrid[box.y0 : box.y1, box.x0 : box.x1]
+        width = plates[0].sensor_width
+        return cls(
+            index=(rows * width + columns).ravel().astype(np.int32),
+            ambient=ambient,
+            glow=glow,
+            lowest=np.log(ambient.min(0)),
+            highest=np.log((ambient + glow.sum(1)).max(0)),
+            last=np.log(ambient[-1]),
+            waveforms=tuple(plate.waveform for plate in plates),
+        )
+
+    def awake(self, state: PixelState, model: PixelModel) -> Patch:
+        """The patch of those pixels only that can reach a threshold; the others settle on their signal."""
+        reference = state.reference[self.index]
+        margin = np.float32(NOISE_REACH * model.noise)
+        can_fire = self.highest - reference > state.threshold_on[self.index] - margin
+        can_fire |= reference - self.lowest > state.threshold_off[self.index] - margin
+        asleep = self.index[~can_fire]
+        state.level[asleep] = self.last[~can_fire]
+        chosen = np.flatnonzero(can_fire)
+        return Patch(
+            self.index[chosen], self.ambient[:, chosen], self.glow[:, :, chosen],
+            self.lowest[chosen], self.highest[chosen], self.last[chosen], self.waveforms,
+        )  # fmt: skip
+
+    def schedule(self, cuts: F8) -> tuple[F8, I8, F4, I4]:
+        """The borders of the steps in; edges, moments, levels and maps as `sensor.fire_lit_pixels` wants them out."""
+        start, end = float(cuts[0]), float(cuts[-1])
+        steps = [wave.steps(start, end) for wave in self.waveforms]
+        edges = np.unique(np.concatenate([cuts, *[times for times, _ in steps]]))
+        middles = (edges[:-1] + edges[1:]) / 2
+        levels = np.stack([lv[np.searchsorted(t, middles, side="right") - 1] for t, lv in steps], axis=1)
+        maps = np.minimum(np.searchsorted(cuts, middles, side="right") - 1, self.ambient.shape[0] - 1)
+        # A stretch that only goes on from the span before keeps the noise of the moment it began.
+        began = np.stack([_last_edge(wave, middles) for wave in self.waveforms]).max(0)
+        if self.ambient.shape[0] > 1:
+            began = np.maximum(began, cuts[maps])
+        moments = np.round(began * 16).astype(np.int64)
+        return edges, moments, levels.astype(np.float32), maps.astype(np.int32)
+
+
+def _last_edge(wave: LedWaveform, t_us: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Moments in, when the LED last changed before each of them out [us]; a packet holds an edge, so a packet back is enough."""
+    times, _ = wave.steps(float(t_us[0]) - wave.packet_us, float(t_us[-1]))
+    return times[np.searchsorted(times, t_us, side="right") - 1]

@@ -1,0 +1,102 @@
+"""From the pixels to the wire: rows are read one after the other, and the link has a limit.
+
+An event's time stamp is taken when its row is read. When many pixels fire at once,
+rows wait, which delays events; where the link cannot carry them away in the long run,
+its buffer fills and events are lost. Both are counted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+import numpy.typing as npt
+
+from bicode_lab.events import Events
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readout:
+    """Rates of the way out of the sensor.
+
+    Parameters
+    ----------
+    row_us : float
+        Time to turn to a row [us] (assumption: 0.02).
+    peak_mev_per_s : float
+        Events of a row that can be read a microsecond (vendor: about 1000 Mev/s).
+    sustained_mev_per_s : float
+        What the link carries away (drivers: about 50 Mev/s over USB).
+    buffer_events : int
+        What it holds back meanwhile (assumption: 2 million).
+    """
+
+    row_us: float = 0.02
+    peak_mev_per_s: float = 1000.0
+    sustained_mev_per_s: float = 50.0
+    buffer_events: int = 2_000_000
+
+    def __post_init__(self) -> None:
+        if self.row_us < 0:
+            raise ValueError(f"row_us={self.row_us} is negative; choose 0 or more")
+        if self.peak_mev_per_s <= 0 or self.sustained_mev_per_s <= 0 or self.buffer_events < 1:
+            raise ValueError("peak_mev_per_s, sustained_mev_per_s and buffer_events must be above 0")
+
+
+class ReadoutQueue:
+    """A readout at work: it keeps its place from one chunk to the next, and counts.
+
+    Attributes
+    ----------
+    lost : int
+        Events the link could not carry.
+    longest_wait_us : float
+        The longest an event waited for its row [us].
+    """
+
+    def __init__(self, readout: Readout) -> None:
+        self._readout = readout
+        self._state = np.zeros(4)  # when the sensor is free [us], events in the buffer, time of that, longest wait
+        self.lost = 0
+
+    @property
+    def longest_wait_us(self) -> float:
+        """The longest an event waited for its row [us]."""
+        return float(self._state[3])
+
+    def pass_on(self, events: Events) -> Events:
+        """A chunk in the order in which its pixels fired in; what comes out of the camera, with its times, out."""
+        out = events.copy()
+        r = self._readout
+        kept = int(_read_rows(out, self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s, r.buffer_events))
+        self.lost += events.size - kept
+        return out[:kept]
+
+
+@nb.njit(cache=True)
+def _read_rows(
+    events: npt.NDArray[np.void], state: npt.NDArray[np.float64], row_us: float, event_us: float, drain: float, room: int
+) -> int:
+    """Restamp the events in place, drop what the buffer cannot hold, and count what stays (first in the array)."""
+    free, held, held_at, longest = state[0], state[1], state[2], state[3]
+    kept = 0
+    last_row, last_t = -1, -1
+    for i in range(events.size):
+        t, row = events[i].t, events[i].y
+        start = max(float(t), free)
+        longest = max(longest, start - t)
+        if row != last_row or t != last_t:
+            start += row_us
+        last_row, last_t = row, t
+        free = start + event_us
+        held = max(0.0, held - (start - held_at) * drain)
+        held_at = start
+        if held + 1 > room:
+            continue
+        held += 1
+        events[kept] = events[i]
+        events[kept].t = max(t, int(start))
+        kept += 1
+    state[0], state[1], state[2], state[3] = free, held, held_at, longest
+    return kept
