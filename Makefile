@@ -17,7 +17,7 @@ VENV = .venv
 BIN = $(VENV)/bin
 PINS = environment/requirements.txt
 READY = $(VENV)/.package-installed
-PIP = PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
+PIP = PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --quiet
 
 .PHONY: figures test lab format pins clean clean-all
 
