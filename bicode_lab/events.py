@@ -96,7 +96,9 @@ def check_events(events: Events, width: int, height: int) -> None:
         count = int(np.count_nonzero(broken))
         if count:
             first = int(np.argmax(broken))
-            raise ValueError(f"{count} of {events.size} events have {what}; the first is event {first}: {events[first]}")
+            raise ValueError(
+                f"{count} of {events.size} events have {what}; the first is number {first}: {events[first]}"
+            )
 
 
 def slice_time(events: Events, start_us: int, end_us: int) -> Events:

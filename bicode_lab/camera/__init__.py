@@ -1,14 +1,17 @@
 """The channel and the sensor: light path -> pixels -> readout, a synthetic event camera."""
 
 from bicode_lab.camera.background import Wall, textured_wall
+from bicode_lab.camera.merge import stream_over
 from bicode_lab.camera.motion import Moving, Pose, Still, pan, spin
 from bicode_lab.camera.optics import Light, Optics
 from bicode_lab.camera.readout import Readout
 from bicode_lab.camera.record import Placed, Recorder, Scene, record
 from bicode_lab.camera.sensor import PixelModel
+from bicode_lab.camera.truth import MarkerTruth, packet_starts_us, truth_at, truth_table
 
 __all__ = [
     "Light",
+    "MarkerTruth",
     "Moving",
     "Optics",
     "PixelModel",
@@ -19,8 +22,12 @@ __all__ = [
     "Scene",
     "Still",
     "Wall",
+    "packet_starts_us",
     "pan",
     "record",
     "spin",
+    "stream_over",
     "textured_wall",
+    "truth_at",
+    "truth_table",
 ]

@@ -21,7 +21,7 @@ from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import Optics, plate_homography
 from bicode_lab.camera.sensor import F4, F8, I8, MOST_EVENTS_A_STRETCH, NOISE_REACH, U4, _follow, _noise_of
 
-TILE = 16  # texels a side; extremes of the texture are kept a tile, its neighbours included
+TILE = 8  # texels a side; extremes of the texture are kept a tile, its neighbours included
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,31 +30,31 @@ class Wall:
 
     Parameters
     ----------
-    image : ndarray, shape (rows, columns), float32
-        Reflectance relative to the office's mean; above 0.
+    log_image : ndarray, shape (rows, columns), float32
+        Log of the reflectance relative to the office's mean.
     distance_m : float
         Where it stands.
     texel_m : float
         Side of one of its points on the wall [m].
     """
 
-    image: F4
+    log_image: F4
     distance_m: float = 5.0
     texel_m: float = 0.003
     lowest: F4 = field(init=False, repr=False)
     highest: F4 = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.image.ndim != 2 or not np.isfinite(self.image).all() or self.image.min() <= 0:
-            raise ValueError("image is not a two-dimensional array of reflectances above 0")
+        if self.log_image.ndim != 2 or not np.isfinite(self.log_image).all():
+            raise ValueError("log_image is not a two-dimensional array of finite numbers")
         if self.distance_m <= 0 or self.texel_m <= 0:
             raise ValueError(f"distance_m={self.distance_m}, texel_m={self.texel_m}: choose more than 0 m each")
-        rows, columns = (n - n % TILE for n in self.image.shape)
+        rows, columns = (n - n % TILE for n in self.log_image.shape)
         if not rows or not columns:
-            raise ValueError(f"image is {self.image.shape}; choose at least {TILE} x {TILE}")
-        image = np.ascontiguousarray(np.log(self.image[:rows, :columns]), np.float32)
+            raise ValueError(f"log_image is {self.log_image.shape}; choose at least {TILE} x {TILE}")
+        image = np.ascontiguousarray(self.log_image[:rows, :columns], np.float32)
         tiles = image.reshape(rows // TILE, TILE, columns // TILE, TILE)
-        object.__setattr__(self, "image", image)  # its logarithm from here on; the pixels see nothing else
+        object.__setattr__(self, "log_image", image)  # whole tiles
         object.__setattr__(self, "lowest", ndimage.minimum_filter(tiles.min((1, 3)), 3, mode="wrap"))
         object.__setattr__(self, "highest", ndimage.maximum_filter(tiles.max((1, 3)), 3, mode="wrap"))
 
@@ -62,24 +62,31 @@ class Wall:
         """A camera pose in; the homography from its pixels to texels out, shape (3, 3)."""
         wall = Pose(position_m=np.array([0.0, 0.0, self.distance_m])).after(camera.inverse())
         to_pixels = plate_homography(wall, optics) @ np.diag([self.texel_m, self.texel_m, 1.0])
-        return np.asarray(np.linalg.inv(to_pixels))
+        # The world's z axis meets the picture off its middle and off the seams where it repeats.
+        middle = np.array([[1, 0, self.log_image.shape[1] / 3], [0, 1, self.log_image.shape[0] / 3], [0, 0, 1.0]])
+        return np.asarray(middle @ np.linalg.inv(to_pixels))
 
     def log_reflectance(self, from_pixels: Floats, x0: int, y0: int, x1: int, y1: int) -> F4:
         """A homography and a rectangle of pixels in; log reflectance there out, shape (rows, columns)."""
         seen = np.empty((y1 - y0, x1 - x0), np.float32)
-        _sample(self.image, from_pixels, x0, y0, seen)
+        _sample(self.log_image, from_pixels, x0, y0, seen)
         return seen
 
 
 def textured_wall(
-    name: str = "gravel", *, contrast: float = 0.3, distance_m: float = 5.0, texel_m: float = 0.003, softness: float = 1.0
+    name: str = "camera",
+    *,
+    contrast: float = 0.3,
+    distance_m: float = 5.0,
+    texel_m: float = 0.003,
+    softness: float = 1.0,
 ) -> Wall:
     """The name of one of scikit-image's bundled pictures in, a wall out.
 
     Parameters
     ----------
     name : str
-        For example "gravel", "brick", "grass", "camera", "coins".
+        For example "camera" (few edges, much sky), "coins", "brick", "gravel" (edges everywhere).
     contrast : float
         Standard deviation of the log reflectance.
     distance_m, texel_m : float
@@ -102,7 +109,7 @@ def textured_wall(
     grey = np.pad(grey, [(0, n) for n in grey.shape], mode="symmetric")
     log = ndimage.gaussian_filter(np.log(grey + 0.1), softness, mode="wrap")
     log = (log - log.mean()) / max(float(log.std()), 1e-9) * contrast
-    return Wall(image=np.exp(log).astype(np.float32), distance_m=distance_m, texel_m=texel_m)
+    return Wall(log_image=log.astype(np.float32), distance_m=distance_m, texel_m=texel_m)
 
 
 @nb.njit(inline="always")
@@ -118,7 +125,7 @@ def _at(image: F4, h: Floats, x: float, y: float) -> float:
     c1, r1 = (c0 + 1) % columns, (r0 + 1) % rows
     upper = image[r0, c0] * (1 - a) + image[r0, c1] * a
     lower = image[r1, c0] * (1 - a) + image[r1, c1] * a
-    return upper * (1 - b) + lower * b
+    return float(upper * (1 - b) + lower * b)
 
 
 @nb.njit(cache=True)

@@ -44,9 +44,7 @@ class Box:
 
     def joined(self, other: Box) -> Box:
         """The smallest box around both."""
-        return Box(
-            min(self.x0, other.x0), min(self.y0, other.y0), max(self.x1, other.x1), max(self.y1, other.y1)
-        )
+        return Box(min(self.x0, other.x0), min(self.y0, other.y0), max(self.x1, other.x1), max(self.y1, other.y1))
 
     def overlaps(self, other: Box) -> bool:
         """True where both share a pixel."""
@@ -132,7 +130,7 @@ def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) ->
             continue
         quad = optics.project(placed) @ to_fine[:2, :2].T + to_fine[:2, 2]
         unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
-        to_cells = cv2.getPerspectiveTransform(quad.astype(np.float32), unit)
+        to_cells = np.asarray(cv2.getPerspectiveTransform(quad.astype(np.float32), unit), np.float64)
         low = np.clip(np.floor(quad.min(0)).astype(int) - 1, 0, None)
         high = np.clip(np.ceil(quad.max(0)).astype(int) + 2, 0, [columns, rows])
         _draw_face(glow, mask, cells.astype(np.float32), to_cells, low[0], low[1], high[0], high[1], samples)
@@ -169,7 +167,7 @@ def read_template(template: Template, pose: Pose, optics: Optics, box: Box) -> t
     flags = cv2.INTER_LINEAR
     glow = cv2.warpPerspective(template.glow, to_pixels, size, flags=flags)
     mask = cv2.warpPerspective(template.mask, to_pixels, size, flags=flags)
-    return glow, mask
+    return np.asarray(glow, np.float32), np.asarray(mask, np.float32)
 
 
 def _blur(image: Image, optics: Optics, finer: int) -> Image:
@@ -186,7 +184,7 @@ def _blur(image: Image, optics: Optics, finer: int) -> Image:
 def _draw_face(
     glow: Image, mask: Image, cells: Image, to_cells: Floats, x0: int, y0: int, x1: int, y1: int, samples: int
 ) -> None:
-    """Add a face's cells to the fine image, `samples` x `samples` points a fine pixel; `to_cells` ends in the unit square."""
+    """Add a face to the fine image, `samples` x `samples` points a fine pixel; `to_cells` ends in the unit square."""
     n_rows, n_columns = cells.shape
     weight = np.float32(1.0 / (samples * samples))
     for row in range(y0, y1):

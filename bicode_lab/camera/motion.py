@@ -64,7 +64,7 @@ class Pose:
         return Pose(self.rotation.T, -self.rotation.T @ self.position_m)
 
     def after(self, outer: Pose) -> Pose:
-        """This pose, given in the axes of `outer`, in the axes that `outer` is given in."""
+        """The same pose in the axes that `outer` is given in, where it was given in those of `outer`."""
         return Pose(outer.rotation @ self.rotation, outer.rotation @ self.position_m + outer.position_m)
 
     def apply(self, points_m: Floats) -> Floats:
@@ -73,14 +73,14 @@ class Pose:
 
     def rvec(self) -> Floats:
         """The rotation as OpenCV's axis times angle [rad], shape (3,)."""
-        return np.asarray(cv2.Rodrigues(self.rotation)[0]).ravel()
+        return np.asarray(cv2.Rodrigues(self.rotation)[0], np.float64).ravel()
 
 
 def turn_about(axis: str, angle_deg: float) -> Floats:
     """An axis, x, y or z, and an angle in; the rotation about it by the right-hand rule out, shape (3, 3)."""
     vector = np.zeros(3)
     vector["xyz".index(axis)] = np.deg2rad(angle_deg)
-    return np.asarray(cv2.Rodrigues(vector)[0])
+    return np.asarray(cv2.Rodrigues(vector)[0], np.float64)
 
 
 class Path(Protocol):

@@ -97,8 +97,8 @@ class Patch:
     ) -> Patch:  # fmt: skip
         """A box, the plates in it with their pose at every step, and the wall's view at every step in; a patch out."""
         steps, shape = len(poses[0]), (box.y1 - box.y0, box.x1 - box.x0)
-        ambient = np.empty((steps, *shape), np.float32)
-        glow = np.empty((steps, len(plates), *shape), np.float32)
+        ambient: F4 = np.empty((steps, *shape), np.float32)
+        glow: F4 = np.empty((steps, len(plates), *shape), np.float32)
         for s in range(steps):
             ambient[s] = np.float32(np.exp(log_ambient))
             if wall is not None:
@@ -151,6 +151,6 @@ class Patch:
 
 
 def _last_edge(wave: LedWaveform, t_us: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Moments in, when the LED last changed before each of them out [us]; a packet holds an edge, so a packet back is enough."""
+    """Moments in, when the LED last changed before each out [us]; every packet holds an edge, so one packet back will do."""
     times, _ = wave.steps(float(t_us[0]) - wave.packet_us, float(t_us[-1]))
     return times[np.searchsorted(times, t_us, side="right") - 1]

@@ -76,7 +76,12 @@ class ReadoutQueue:
 
 @nb.njit(cache=True)
 def _read_rows(
-    events: npt.NDArray[np.void], state: npt.NDArray[np.float64], row_us: float, event_us: float, drain: float, room: int
+    events: npt.NDArray[np.void],
+    state: npt.NDArray[np.float64],
+    row_us: float,
+    event_us: float,
+    drain: float,
+    room: int,
 ) -> int:
     """Restamp the events in place, drop what the buffer cannot hold, and count what stays (first in the array)."""
     free, held, held_at, longest = state[0], state[1], state[2], state[3]

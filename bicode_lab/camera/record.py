@@ -20,7 +20,7 @@ from bicode_lab.marker import Marker
 
 CHUNK_US = 10_000
 STEP_PX = 0.25  # what moves is drawn again after this way
-STEPS_A_SPAN = 48  # memory: at most so many drawings of what moves are held at once
+STEPS_A_SPAN = 20  # memory, and a way short enough for the tiles of a wall: so many drawings are held at once
 ROOM = 1 << 20
 
 
@@ -174,17 +174,16 @@ class Recorder:
             if taken is not None:
                 taken[patch.index] = True
             chosen = patch.awake(self._state, self.scene.pixel_model)
-            schedule = patch.schedule(cuts)
-            arrays = (chosen.index, chosen.ambient, chosen.glow, *schedule)
-            self._run(fire_lit_pixels, chosen.index.size, arrays)
+            lit = (chosen.index, chosen.ambient, chosen.glow, *patch.schedule(cuts))
+            self._run(fire_lit_pixels, chosen.index.size, lit)
         if taken is not None:
             wall = self.scene.wall
             assert wall is not None
             views = np.stack([self._wall_view(t * 1e-6) for t in (cuts[:-1] + cuts[1:]) / 2])
             moments = np.round(cuts[:-1] * 16).astype(np.int64)
-            arrays = (self.scene.optics.width, taken, wall.image, wall.lowest, wall.highest, self._log_ambient(),
-                      views, cuts, moments)  # fmt: skip
-            self._run(fire_background, taken.size, arrays)
+            seen = (self.scene.optics.width, taken, wall.log_image, wall.lowest, wall.highest, self._log_ambient(),
+                    views, cuts, moments)  # fmt: skip
+            self._run(fire_background, taken.size, seen)
 
     def _draw(self, cuts: npt.NDArray[np.float64]) -> list[Patch]:
         """The plates' images at every step of a span, those that share pixels together."""
@@ -207,8 +206,8 @@ class Recorder:
         wall = self.scene.wall
         views = [self._wall_view(t) for t in middles] if wall is not None else []
         return [
-            Patch.draw(box, [self._plates[i] for i in members], [poses[i] for i in members], self._log_ambient(), wall, views)
-            for box, members in groups
+            Patch.draw(box, [self._plates[i] for i in m], [poses[i] for i in m], self._log_ambient(), wall, views)
+            for box, m in groups
         ]
 
     def _run(self, kernel: object, todo: int, arrays: tuple[object, ...]) -> None:

@@ -75,7 +75,7 @@ class PixelModel:
     def __post_init__(self) -> None:
         for name in ("threshold_on", "threshold_off"):
             if getattr(self, name) < SMALLEST_THRESHOLD:
-                raise ValueError(f"{name}={getattr(self, name)} is below {SMALLEST_THRESHOLD}; real ones are 0.1 .. 0.5")
+                raise ValueError(f"{name}={getattr(self, name)} is below {SMALLEST_THRESHOLD}; real ones are above 0.1")
         if self.time_constant_us <= 0:
             raise ValueError(f"time_constant_us={self.time_constant_us} is not possible; choose more than 0")
         for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us"):

@@ -72,7 +72,7 @@ class LedWaveform:
         """A span of time in, the beginnings of all packets that begin in it out [us]."""
         first = np.ceil((start_us - self.phase_us) / self.packet_us)
         last = np.ceil((end_us - self.phase_us) / self.packet_us)
-        return self.phase_us + np.arange(first, last) * self.packet_us
+        return np.asarray(self.phase_us + np.arange(first, last) * self.packet_us, np.float64)
 
     def state(self, t_us: npt.ArrayLike) -> npt.NDArray[np.uint8]:
         """Moments in [us], whether the driver holds the LED on (1) or off (0) out."""

@@ -64,7 +64,9 @@ class PacketFormat:
 
     def __post_init__(self) -> None:
         if not 2 <= self.start_bits <= 64:
-            raise ValueError(f"start_bits={self.start_bits} is not in 2 .. 64; data hold off runs of one bit, so take 2+")
+            raise ValueError(
+                f"start_bits={self.start_bits} is not in 2 .. 64; data are off for up to one bit, so take 2+"
+            )
         if not 1 <= self.payload_bits <= 32:
             raise ValueError(f"payload_bits={self.payload_bits} is not in 1 .. 32")
         if self.checksum not in ("sum", "crc3"):
@@ -131,7 +133,7 @@ def checksum(payload: int, packet_format: PacketFormat) -> int:
     (3, 1)
     """
     if packet_format.checksum == "sum":
-        return payload.bit_count() % 2**packet_format.checksum_bits
+        return payload.bit_count() % (1 << packet_format.checksum_bits)
     remainder = payload << 3
     for shift in range(packet_format.payload_bits - 1, -1, -1):
         if remainder >> (shift + 3) & 1:
@@ -183,8 +185,8 @@ def is_polarity_ambiguous(packet_format: PacketFormat) -> bool:
     >>> [n for n in range(1, 24) if is_polarity_ambiguous(PacketFormat(payload_bits=n, checksum="crc3"))]
     [4, 11, 18]
     """
-    all_ones = 2**packet_format.payload_bits - 1
-    inverted = 2**packet_format.checksum_bits - 1 - checksum(0, packet_format)
+    all_ones = (1 << packet_format.payload_bits) - 1
+    inverted = (1 << packet_format.checksum_bits) - 1 - checksum(0, packet_format)
     return checksum(all_ones, packet_format) == inverted
 
 

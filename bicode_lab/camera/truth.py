@@ -1,0 +1,124 @@
+"""What really was there: kept beside the events, for those who judge the receiver, never for the receiver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bicode_lab.camera.glow import image_corners
+from bicode_lab.camera.motion import Floats, Pose
+from bicode_lab.camera.record import Scene
+
+SAMPLE_US = 1000  # a moving marker's truth is written down this often
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerTruth:
+    """One marker of a scene at one moment.
+
+    Parameters
+    ----------
+    payload, aruco_id : int
+        The blinked ID, and the pattern's.
+    corners_px : ndarray, shape (4, 2)
+        Of the pattern, from its top left clockwise; nan behind the camera.
+    box_px : tuple of 4 floats
+        Left, top, width and height of the plate's image.
+    pose : Pose
+        In camera axes.
+    in_view : bool
+        True where the whole plate is on the sensor.
+    """
+
+    payload: int
+    aruco_id: int
+    corners_px: Floats
+    box_px: tuple[float, float, float, float]
+    pose: Pose
+    in_view: bool
+
+
+def truth_at(scene: Scene, t_us: float, clock_start_us: float = 0.0) -> list[MarkerTruth]:
+    """A scene and a moment of its recording in, the truth of every marker out.
+
+    Parameters
+    ----------
+    clock_start_us : float
+        What the recording's clock shows at the scene's start.
+    """
+    found = []
+    optics = scene.optics
+    for number, placed in enumerate(scene.markers):
+        board = placed.marker.board
+        pose = scene.marker_pose(number, (t_us - clock_start_us) * 1e-6)
+        plate = image_corners(board, pose, optics)
+        low, high = plate.min(0), plate.max(0)
+        inside = bool((low >= 0).all() and (high <= [optics.width - 1, optics.height - 1]).all())
+        found.append(
+            MarkerTruth(
+                payload=placed.marker.payload,
+                aruco_id=board.aruco_id,
+                corners_px=optics.project(pose.apply(board.pattern_corners_m())),
+                box_px=(float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])),
+                pose=pose,
+                in_view=inside,
+            )
+        )
+    return found
+
+
+def packet_starts_us(scene: Scene, number: int, duration_us: float, clock_start_us: float = 0.0) -> Floats:
+    """A scene and a marker's number in, when its packets begin out, shape (n,) [us]."""
+    return scene.markers[number].marker.waveform.packet_starts(0, duration_us) + clock_start_us
+
+
+def truth_table(scene: Scene, duration_us: int, clock_start_us: int = 0) -> dict[str, Any]:
+    """A scene in, all its truth as plain lists and numbers out, for a file beside the recording.
+
+    Each marker has its IDs, its packets' times, and `samples`: moment, box, corners and
+    pose, once where nothing moves and every `SAMPLE_US` where something does.
+    """
+    moments = [0] if scene.is_still else range(0, duration_us, SAMPLE_US)
+    sampled = [truth_at(scene, t + clock_start_us, clock_start_us) for t in moments]
+    markers = []
+    for number, placed in enumerate(scene.markers):
+        marker = placed.marker
+        samples = [
+            {
+                "t_us": int(t + clock_start_us),
+                "box_px": _numbers(np.array(truth[number].box_px)),
+                "corners_px": _numbers(truth[number].corners_px),
+                "rvec": _numbers(truth[number].pose.rvec(), 6),
+                "tvec": _numbers(truth[number].pose.position_m, 6),
+                "in_view": truth[number].in_view,
+            }
+            for t, truth in zip(moments, sampled, strict=True)
+        ]
+        markers.append(
+            {
+                "id": marker.payload,
+                "aruco_id": marker.board.aruco_id,
+                "size_m": marker.board.size_m,
+                "pattern_size_m": marker.board.pattern_size_m,
+                "current_ma": marker.current_ma,
+                "packet_us": marker.waveform.packet_us,
+                "packet_starts_us": _numbers(packet_starts_us(scene, number, duration_us, clock_start_us)),
+                "samples": samples,
+            }
+        )
+    return {"t0_us": clock_start_us, "duration_us": duration_us, "markers": markers}
+
+
+def _numbers(values: npt.NDArray[np.float64], digits: int = 3) -> Any:
+    """An array in, nested lists of rounded numbers out; None for nan, so that the file is plain JSON."""
+    rounded = np.round(values, digits).tolist()
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, list):
+            return [plain(v) for v in value]
+        return None if value != value else value
+
+    return plain(rounded)
