@@ -216,7 +216,7 @@ def _write_picture(fig: Figure, path: Path) -> None:
     with Image.open(path) as full:
         flat = Image.new("RGB", full.size, "white")
         flat.paste(full, mask=full.getchannel("A") if "A" in full.getbands() else None)
-    few = flat.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    few = flat.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
     few.save(path, optimize=True, dpi=(FIGURE_DPI, FIGURE_DPI))
 
 
