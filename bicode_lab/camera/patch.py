@@ -151,6 +151,6 @@ class Patch:
 
 
 def _last_edge(wave: LedWaveform, t_us: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Moments in, when the LED last changed before each out [us]; every packet holds an edge, so one packet back will do."""
+    """Moments in, when the LED last changed before each out [us]; every packet holds an edge, so look one back."""
     times, _ = wave.steps(float(t_us[0]) - wave.packet_us, float(t_us[-1]))
     return times[np.searchsorted(times, t_us, side="right") - 1]
