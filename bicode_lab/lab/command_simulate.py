@@ -1,0 +1,111 @@
+"""``bicode simulate OUT.npz``: a marker in front of the synthetic camera, as a file with its truth beside it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from tqdm import tqdm
+
+from bicode_lab.camera import Light, Optics, Placed, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
+from bicode_lab.events import Events, no_events
+from bicode_lab.marker import Board, Marker, PacketFormat
+from bicode_lab.recordings import open_recording, write_npz
+
+
+class Number(click.ParamType):
+    """A whole number, decimal or 0x.. or 0b.. ."""
+
+    name = "integer"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Text in, number out."""
+        try:
+            return int(str(value), 0)
+        except ValueError:
+            self.fail(f"{value!r} is not a whole number; write for example 37 or 0x25", param, ctx)
+
+
+@click.command()
+@click.argument("out", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--payload", type=Number(), default=0x25, show_default=True, help="The blinked ID.")
+@click.option("--aruco-id", type=int, default=7, show_default=True, help="Pattern of DICT_4X4_50.")
+@click.option("--distance-m", type=float, default=2.5, show_default=True)
+@click.option("--x-m", type=float, default=0.0, show_default=True, help="To the right of the optical axis.")
+@click.option("--y-m", type=float, default=0.0, show_default=True, help="Below it.")
+@click.option("--yaw-deg", type=float, default=0.0, show_default=True, help="Out of plane (IV-B).")
+@click.option("--rpm", type=float, default=0.0, show_default=True, help="Spin in its plane (IV-F).")
+@click.option("--size-m", type=float, default=0.05, show_default=True, help="Side of the plate.")
+@click.option("--current-ma", type=float, default=10.7, show_default=True)
+@click.option("--lux", type=float, default=350.0, show_default=True, help="Ambient light.")
+@click.option("--f-id-hz", type=float, default=1000.0, show_default=True, help="Bit rate.")
+@click.option("--payload-bits", type=int, default=8, show_default=True)
+@click.option("--manchester", type=click.Choice(["ieee", "thomas"]), default="ieee", show_default=True)
+@click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
+@click.option("--clock-error-ppm", type=float, default=0.0, show_default=True, help="The transmitter's clock.")
+@click.option("--seconds", type=float, default=1.0, show_default=True, help="Not used with --background.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All chance, the phase included.")
+@click.option("--background", type=click.Path(path_type=Path), help="A recording to put the marker into.")
+def simulate(out: Path, seconds: float, seed: int, background: Path | None, **options: Any) -> None:
+    """Write the events of one marker to OUT (.npz) and what is true of them to OUT's name with .truth.json."""
+    if out.suffix != ".npz":
+        raise ValueError(f"{out.name} does not end in .npz, the only format written here; call it {out.stem}.npz")
+    if not out.parent.is_dir():
+        raise ValueError(f"there is no folder {out.parent}; make it first")
+    rng = np.random.default_rng(seed)
+    scene = _scene(options, phase_share=float(rng.random()))
+    if background is not None:
+        recording = open_recording(background)
+        scene = replace(scene, optics=replace(scene.optics, width=recording.width, height=recording.height))
+        chunks = list(tqdm(stream_over(recording.chunks(), scene, rng), unit=" chunks", disable=None))
+        lost = 0
+    else:
+        recorder = Recorder(scene, seconds, rng)
+        chunks = list(_watched(recorder))
+        lost = recorder.queue.lost
+    events = np.concatenate([no_events(), *chunks])
+    start = int(events["t"][0]) if background is not None and events.size else 0
+    duration = int(events["t"][-1]) - start + 1 if background is not None and events.size else round(seconds * 1e6)
+    write_npz(out, events, scene.optics.width, scene.optics.height)
+    truth = {"seed": seed, "n_events": int(events.size), "n_lost": lost, **truth_table(scene, duration, start)}
+    truth_file = out.with_suffix(".truth.json")
+    truth_file.write_text(json.dumps(truth, indent=1) + "\n")
+    click.echo(f"{out}: {events.size} events in {duration * 1e-6:g} s; {truth_file}: the truth")
+
+
+def _scene(options: dict[str, Any], phase_share: float) -> Scene:
+    """The command line's options in, the scene they describe out."""
+    packet_format = PacketFormat(
+        payload_bits=options["payload_bits"],
+        checksum=options["checksum"],
+        f_id_hz=options["f_id_hz"],
+        manchester=options["manchester"],
+    )
+    marker = Marker(
+        payload=options["payload"],
+        board=Board(aruco_id=options["aruco_id"], size_m=options["size_m"]),
+        packet_format=packet_format,
+        current_ma=options["current_ma"],
+        clock_error_ppm=options["clock_error_ppm"],
+        phase_us=phase_share * packet_format.packet_us,
+    )
+    pose = Pose.facing(options["distance_m"], x_m=options["x_m"], y_m=options["y_m"], yaw_deg=options["yaw_deg"])
+    path = spin(pose, options["rpm"]) if options["rpm"] else Still(pose)
+    return Scene(
+        markers=(Placed(marker=marker, path=path),),
+        optics=Optics(),
+        light=Light(illuminance_lux=options["lux"]),
+    )
+
+
+def _watched(recorder: Recorder) -> Iterator[Events]:
+    """The recorder's chunks, with a progress bar where somebody watches a long run."""
+    with tqdm(total=recorder.duration_us * 1e-6, unit="s", disable=None, delay=2) as bar:
+        for chunk in recorder:
+            yield chunk
+            bar.update(0.01)

@@ -1,0 +1,40 @@
+"""The paper as data: the prototype (III) and the conditions of its experiments (IV).
+
+"Bicode: A Hybrid Blinking Marker System for Event Cameras". Each value stands with the
+section that states it; what the paper leaves open is not here.
+"""
+
+from __future__ import annotations
+
+TITLE = "Bicode: A Hybrid Blinking Marker System for Event Cameras"
+
+# III-A, the marker unit
+F_ID_HZ = 1000.0  # Manchester bit rate
+PACKET_US = 14_000  # a whole packet
+PAYLOAD_BITS = 8
+PAYLOAD_RATE_BPS = 571  # as printed; 8 bits / 14 ms
+START_US = 3_000  # LED off, III-B
+FIG_6_PAYLOAD = 0b00100101
+PLATE_THICKNESS_M = 0.005
+
+# III-B, the recognition unit
+SENSOR = "Prophesee EVK4"
+FOCAL_LENGTH_MM = 8.0
+F_NUMBER_VISIBLE = 5.6
+F_NUMBER_INFRARED = 2.0
+DELTA_T_WHOLE_US = 33_000
+DELTA_T_2D_US = 13_200
+DELTA_T_BLINKER_US = 2_000
+DELTA_T_ID_US = 250
+
+# IV, the experiments
+OFFICE_LUX = 350.0  # IV-A
+EVENING_LUX = 2000.0  # IV-D
+STATIC_SECONDS = 6.7  # IV-A, about 200 periods
+FIG_8_CURRENTS_MA = (5.5, 10.7, 21.3)  # IV-A
+FIG_9_YAWS_DEG = (0.0, 40.0, 80.0)  # IV-B
+FIG_10_SIZES_M = (0.025, 0.05, 0.1)  # IV-C
+FIG_10_CURRENTS_MA = (2.7, 10.7, 40.9)  # IV-C
+FIG_11_CURRENT_MA = 20.4  # IV-D
+FIG_12_SPEEDS_M_PER_S = (0.105, 0.209, 0.314)  # IV-E
+FIG_14_SPEEDS_RPM = (16.0, 32.0, 64.0)  # IV-F
