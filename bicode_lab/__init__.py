@@ -14,3 +14,64 @@ paper's Fig. 2, in order::
 `events` and `recordings` hold what flows between them, `paper` what the paper states,
 `plots` draws, `lab` is what notebooks and the command line share.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+_WHERE = {
+    "Marker": "marker",
+    "Board": "marker",
+    "PacketFormat": "marker",
+    "Scene": "camera",
+    "Placed": "camera",
+    "Pose": "camera",
+    "Still": "camera",
+    "spin": "camera",
+    "pan": "camera",
+    "record": "camera",
+    "ReceiverSettings": "recognition",
+    "accumulate": "recognition",
+    "recognise": "recognition",
+    "to_table": "recognition",
+    "open_recording": "recordings",
+}
+
+if TYPE_CHECKING:
+    from bicode_lab.camera import Placed, Pose, Scene, Still, pan, record, spin
+    from bicode_lab.marker import Board, Marker, PacketFormat
+    from bicode_lab.recognition import ReceiverSettings, accumulate, recognise, to_table
+    from bicode_lab.recordings import open_recording
+
+__all__ = [
+    "Board",
+    "Marker",
+    "PacketFormat",
+    "Placed",
+    "Pose",
+    "ReceiverSettings",
+    "Scene",
+    "Still",
+    "accumulate",
+    "open_recording",
+    "pan",
+    "recognise",
+    "record",
+    "spin",
+    "to_table",
+]
+
+
+def __getattr__(name: str) -> object:
+    """A name of `__all__` in, what it stands for out; it is imported now, so that the package itself loads at once."""
+    if name not in _WHERE:
+        raise AttributeError(f"bicode_lab has no {name!r}; it has {', '.join(__all__)}")
+    value: object = getattr(importlib.import_module(f"bicode_lab.{_WHERE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """The names above."""
+    return __all__
