@@ -1,0 +1,208 @@
+"""Fig. 2 a, b, d, e and Fig. 3: events become frames.   events in delta_t -> image
+
+The paper adds up the polarities (+1, -1) of each pixel's events over delta_t; the frame
+holds the sign of that sum (II-A). Other rules are offered, because a blink's ON and OFF
+events nearly cancel in the sum:
+
+    sum     sign of the sum of polarities                     the paper's text
+    last    polarity of the pixel's last event                as the authors' SDK draws frames
+    any     +1 where anything happened
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from bicode_lab.events import Events, no_events
+from bicode_lab.recognition.settings import FRAME_RULES, FrameRule
+
+Frame = npt.NDArray[np.int8]
+"""A 3-valued frame, shape (height, width), values -1, 0, +1."""
+
+
+def accumulate(events: Events, width: int, height: int, rule: FrameRule = "sum") -> Frame:
+    """The events of one delta_t in, the 3-valued frame out (Fig. 3).
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+    width, height : int
+        Sensor [px].
+    rule : {"sum", "last", "any"}
+        See the top of this file.
+
+    Returns
+    -------
+    ndarray of int8, shape (height, width)
+        -1, 0 or +1.
+
+    Examples
+    --------
+    >>> from bicode_lab.events import make_events
+    >>> events = make_events(x=[0, 0, 1, 2, 2, 2], y=[0] * 6, p=[1, 0, 1, 1, 1, 0], t_us=range(6))
+    >>> [accumulate(events, 4, 1, rule).tolist() for rule in ("sum", "last", "any")]
+    [[[0, 1, 1, 0]], [[-1, 1, -1, 0]], [[1, 1, 1, 0]]]
+    """
+    if rule not in FRAME_RULES:
+        raise ValueError(f"rule={rule!r} is not known; choose one of {FRAME_RULES}")
+    if rule == "sum":
+        total = np.zeros((height, width), np.int32)
+        outside = _add_polarities(events, total)
+        frame = np.sign(total).astype(np.int8)
+    else:
+        frame = np.zeros((height, width), np.int8)
+        outside = _keep_last(events, frame, rule == "any")
+    _refuse_outside(outside, events, width, height)
+    return frame
+
+
+def count_events(events: Events, width: int, height: int) -> npt.NDArray[np.int32]:
+    """The events of one delta_t in, how many each pixel made out, shape (height, width).
+
+    Examples
+    --------
+    >>> from bicode_lab.events import make_events
+    >>> count_events(make_events([0, 0, 2], [0, 0, 0], [1, 0, 1], [1, 2, 3]), 3, 1)
+    array([[2, 0, 1]], dtype=int32)
+    """
+    count = np.zeros((height, width), np.int32)
+    _refuse_outside(_count(events, count), events, width, height)
+    return count
+
+
+def frames(
+    chunks: Iterable[Events] | Events,
+    delta_t_us: int,
+    width: int,
+    height: int,
+    rule: FrameRule = "sum",
+    *,
+    t0_us: int | None = None,
+) -> Iterator[tuple[int, Frame]]:
+    """A stream of events in, frame after frame of delta_t_us out, the empty ones too.
+
+    Parameters
+    ----------
+    chunks : iterable of event arrays, or one event array
+    delta_t_us : int
+        Time of one frame [us].
+    width, height : int
+        Sensor [px].
+    rule : {"sum", "last", "any"}
+    t0_us : int, optional
+        Start of the first frame [us]; None takes the first event.
+
+    Yields
+    ------
+    t_us : int
+        Start of the frame [us].
+    frame : ndarray of int8, shape (height, width)
+    """
+    if delta_t_us < 1:
+        raise ValueError(f"delta_t_us={delta_t_us} is not a time; choose 1 or more")
+    expected: int | None = None
+    for start_us, events in cut(chunks, delta_t_us, t0_us=t0_us):
+        while expected is not None and expected < start_us:
+            yield expected, np.zeros((height, width), np.int8)
+            expected += delta_t_us
+        yield start_us, accumulate(events, width, height, rule)
+        expected = start_us + delta_t_us
+
+
+def cut(
+    chunks: Iterable[Events] | Events, delta_t_us: int, *, t0_us: int | None = None
+) -> Iterator[tuple[int, Events]]:
+    """A stream of events in, span after span [t0 + k delta_t, t0 + (k + 1) delta_t) that holds any out.
+
+    No more than one span and one chunk are held. A quiet gap costs nothing, however long.
+
+    Raises
+    ------
+    ValueError
+        Where a chunk begins before the one ahead of it ended.
+    """
+    held: list[Events] = []
+    start_us = t0_us
+    last_us: int | None = None
+    for chunk in [chunks] if isinstance(chunks, np.ndarray) else chunks:
+        if not chunk.size:
+            continue
+        first_us = int(chunk["t"][0])
+        if last_us is not None and first_us < last_us:
+            raise ValueError(f"time runs backwards: {first_us} us follows {last_us} us; sort the events")
+        last_us = int(chunk["t"][-1])
+        if start_us is None:
+            start_us = first_us
+        rest = chunk if first_us >= start_us or held else chunk[bisect_left(chunk["t"], start_us) :]
+        while rest.size:
+            here_us = int(rest["t"][0])
+            if here_us >= start_us + delta_t_us:
+                if held:
+                    yield start_us, _join(held)
+                    held = []
+                start_us += (here_us - start_us) // delta_t_us * delta_t_us
+            end = bisect_left(rest["t"], start_us + delta_t_us)  # np.searchsorted would copy the whole column
+            held.append(rest[:end])
+            rest = rest[end:]
+    if held and start_us is not None:
+        yield start_us, _join(held)
+
+
+def _join(pieces: list[Events]) -> Events:
+    """Pieces in, one array out; a single piece is not copied."""
+    if not pieces:
+        return no_events()
+    return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+
+def _refuse_outside(outside: int, events: Events, width: int, height: int) -> None:
+    """Speak up where events lay outside the sensor."""
+    if outside:
+        raise ValueError(
+            f"{outside} of {events.size} events lie outside the {width} x {height} px sensor "
+            f"(largest x {events['x'].max()}, y {events['y'].max()}); give the recording's width and height"
+        )
+
+
+@njit(cache=True)
+def _add_polarities(events, total):  # type: ignore[no-untyped-def]
+    height, width = total.shape
+    outside = 0
+    for i in range(events.size):
+        x, y = events[i]["x"], events[i]["y"]
+        if x >= width or y >= height:
+            outside += 1
+        else:
+            total[y, x] += 1 if events[i]["p"] > 0 else -1
+    return outside
+
+
+@njit(cache=True)
+def _keep_last(events, frame, only_whether):  # type: ignore[no-untyped-def]
+    height, width = frame.shape
+    outside = 0
+    for i in range(events.size):
+        x, y = events[i]["x"], events[i]["y"]
+        if x >= width or y >= height:
+            outside += 1
+        else:
+            frame[y, x] = 1 if only_whether or events[i]["p"] > 0 else -1
+    return outside
+
+
+@njit(cache=True)
+def _count(events, count):  # type: ignore[no-untyped-def]
+    height, width = count.shape
+    outside = 0
+    for i in range(events.size):
+        x, y = events[i]["x"], events[i]["y"]
+        if x >= width or y >= height:
+            outside += 1
+        else:
+            count[y, x] += 1
+    return outside
