@@ -8,7 +8,7 @@ step with faery, and only judged. One block is held at a time.
 EVT3 time: TIME_HIGH is authoritative. A new one sets the low 12 bits to zero, only the
 step from 4095 to 0 is a wrap (24 bits, 16.78 s), and a TIME_LOW that steps back is no
 wrap. Real sensors send such steps: a Gen4.1 one sends now and then a TIME_LOW up to
-11 us early and corrects it in the next word. No event comes between the two, so the
+11 us ahead and corrects it in the next word. No event comes between the two, so the
 events themselves never step back, and the rule can be strict.
 """
 
@@ -26,7 +26,7 @@ from bicode_lab.recording_headers import Header, RecordingError
 
 _BLOCK_BYTES = 1 << 20
 _UNTIMED, _X, _Y, _P, _BACKWARDS = range(5)  # rows of a tally
-_COUNT, _EVENT, _PLACE, _VALUE = range(4)  # columns of a tally
+_COUNT, _EVENT, _PLACE, _VALUE = range(4)  # columns of a tally; events are counted from 0, lines from 1
 # A scan's memory between blocks. HIGH is -1 until a time word came.
 _EVENTS, _LAST, _HIGH, _LOW, _WRAPS, _AT_X, _AT_Y, _KIND, _WIDTH, _HEIGHT = range(10)
 
@@ -215,7 +215,7 @@ class Check:
             _BACKWARDS: ("a time before the event ahead of it", f"{value:,} us back", "sort the events by time"),
         }[rule]
         where = f" at {self.place} {place:,}" if self.place else ""
-        message = f"{count:,} of {n:,} events have {what}; the first is event {event:,}{where} ({found}); {way_out}"
+        message = f"{count:,} of {n:,} events have {what}; the first is number {event:,}{where} ({found}); {way_out}"
         raise RecordingError(f"{self.path}: {message}")
 
     def _judge_blocks(self) -> Iterator[bool]:

@@ -3,11 +3,15 @@
 `open_recording` reads EVT2 and EVT3 RAW, DAT, AEDAT4, ES and CSV through faery, and our
 own npz (arrays x, y, p, t, and perhaps width and height). The recording's own clock is
 kept. A file that breaks a rule raises `RecordingError`, one line with the place.
+
+Two limits come with faery: an AEDAT4 file's backward times are held at the latest time
+without a word (its packets are compressed, and nobody else here can open them), and
+where a Gen4.1 sensor sends an EVT3 time word a few us ahead and then corrects it, faery
+holds the former (by 11 us at most, 0.7 % of the events of the recording that shows it).
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -83,21 +87,16 @@ class Recording:
     def _faery_pieces(self, check: Check) -> Iterator[Events]:
         """Faery's packets as our events, each judged before it is passed on."""
         n_events = 0
-        packets = self._faery_packets(check)
-        for packet in packets:
+        for packet in self._faery_packets(check):
             events = np.empty(packet.size, EVENT_DTYPE)
             for ours, theirs in (("x", "x"), ("y", "y"), ("p", "on"), ("t", "t")):
                 events[ours] = packet[theirs]
             n_events += events.size
-            if self.format != "AEDAT4":
-                check.advance(n_events)
-            else:
+            if self.format == "AEDAT4":  # compressed, so only what faery made of it can be judged
                 check.judge(*(events[name] for name in ("x", "y", "p", "t")))
-                if check.offences:
-                    with contextlib.suppress(RecordingError):
-                        for rest in packets:  # for the count
-                            check.judge(*(rest[name] for name in ("x", "y", "on", "t")))
-                    check.complain()
+                check.complain()
+            else:
+                check.advance(n_events)
             yield events
 
     def _faery_packets(self, check: Check) -> Iterator[Any]:

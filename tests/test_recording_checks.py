@@ -1,0 +1,312 @@
+"""Bad files: each gets one line that says what, where, and the way out; never a traceback, never silence."""
+
+import os
+import struct
+import zipfile
+
+import faery
+import numpy as np
+import pytest
+
+from bicode_lab.recordings import RecordingError, open_recording, write_npz
+
+SIZE_PX = (640, 480)
+EVT3_HEAD = b"% evt 3.0\n% geometry 640x480\n% end\n"
+EVT2_HEAD = b"% evt 2.0\n% geometry 640x480\n% end\n"
+DAT_HEAD = b"% Data file containing CD events.\n% Version 2\n% Width 640\n% Height 480\n\x0c\x08"
+ES_HEAD = b"Event Stream\x02\x00\x00\x01\x80\x02\xe0\x01"
+GOOD_FILES = ["a.raw", "b.raw", "a.dat", "a.aedat4", "a.es", "a.csv", "a.npz"]
+
+
+@pytest.fixture
+def good_files(tmp_path, some_events):
+    """A folder with the same events in every format."""
+    theirs = np.empty(some_events.size, faery.EVENTS_DTYPE)
+    for name, ours in (("t", "t"), ("x", "x"), ("y", "y"), ("on", "p")):
+        theirs[name] = some_events[ours]
+    for name in GOOD_FILES[:-1]:
+        version = {"a.raw": "evt2", "b.raw": "evt3"}.get(name)
+        faery.events_stream_from_array(theirs, SIZE_PX).to_file(str(tmp_path / name), version=version)
+    write_npz(tmp_path / "a.npz", some_events, *SIZE_PX)
+    return tmp_path
+
+
+def complaint(path, content=None):
+    """What the reader says about a file: one line, the file's name first."""
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(RecordingError) as caught:
+        open_recording(path).read()
+    line = str(caught.value)
+    assert line.startswith(f"{path}: ")
+    assert "\n" not in line
+    assert caught.value.__cause__ is None
+    return line.removeprefix(f"{path}: ")
+
+
+def read_or_complain(path, **size):
+    """The recording and its events, or (None, the complaint)."""
+    try:
+        recording = open_recording(path, **size)
+        return recording, recording.read()
+    except RecordingError as error:
+        return None, str(error)
+
+
+def evt3(*words):
+    return EVT3_HEAD + np.array(words, "<u2").tobytes()
+
+
+def evt2(*words):
+    return EVT2_HEAD + np.array(words, "<u4").tobytes()
+
+
+def dat(*rows):
+    words = [t | x << 32 | y << 46 | p << 60 for x, y, p, t in rows]
+    return DAT_HEAD + np.array(words, "<u8").tobytes()
+
+
+def test_missing_and_not_a_file(tmp_path):
+    assert complaint(tmp_path / "none.raw") == "no such file; check the path"
+    assert complaint(tmp_path).startswith("a directory; give one event file (EVT2 or EVT3 RAW, DAT, AEDAT4")
+    os.mkfifo(tmp_path / "pipe.raw")
+    assert complaint(tmp_path / "pipe.raw").startswith("not a regular file; give one event file")
+
+
+@pytest.mark.parametrize("name", GOOD_FILES)
+def test_empty(tmp_path, name):
+    assert complaint(tmp_path / name, b"") == "empty (0 bytes); record or copy it again"
+
+
+@pytest.mark.parametrize("name", [*GOOD_FILES, "a.bin"])
+@pytest.mark.parametrize("what", ["random", "png", "text", "mat", "zeros"])
+def test_not_an_event_file(tmp_path, name, what):
+    content = {
+        "random": b"\xa7" + np.random.default_rng(1).bytes(5000),
+        "png": b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
+        "text": b"Shall I compare thee to a summer's day?\nThou art more lovely\n",
+        "mat": b"MATLAB 5.0 MAT-file, Platform: GLNXA64",
+        "zeros": bytes(4096),
+    }[what]
+    expected = "line 1 is" if (name, what) == ("a.csv", "text") else "not an event file"
+    assert complaint(tmp_path / name, content).startswith(expected)
+
+
+@pytest.mark.parametrize("name", GOOD_FILES)
+def test_named_as_another_format(good_files, name):
+    wrong = good_files / ("wrong.dat" if name != "a.dat" else "wrong.raw")
+    line = complaint((good_files / name).rename(wrong))
+    suffix = "." + name.split(".")[1]
+    assert line.startswith(f"named {wrong.suffix} but holds ")
+    assert line.endswith(f"; rename it to end in {suffix}")
+
+
+@pytest.mark.parametrize(
+    ("name", "header"),
+    [("a.raw", EVT2_HEAD), ("a.raw", EVT3_HEAD), ("a.dat", DAT_HEAD), ("a.es", ES_HEAD), ("a.csv", b"t,x,y,p\n")],
+)
+def test_a_header_and_nothing_else(tmp_path, name, header):
+    assert complaint(tmp_path / name, header).startswith(f"ends after its header, at byte {len(header)}: no events;")
+
+
+@pytest.mark.parametrize(
+    ("name", "cuts"),
+    [
+        ("a.raw", (1, 3)),
+        ("b.raw", (1, 3)),
+        ("a.dat", (1, 7)),
+        ("a.es", (1, 4)),
+        ("a.npz", (1, 99)),
+        ("a.aedat4", (999,)),
+    ],
+)
+def test_cut_short_inside_an_event(good_files, name, cuts):
+    whole = (good_files / name).read_bytes()
+    for lost in cuts:  # the last 70 bytes of the AEDAT4 are a table of its packets: no event is lost with them
+        assert "cut short" in complaint(good_files / name, whole[:-lost])
+
+
+@pytest.mark.parametrize("name", GOOD_FILES)
+def test_cut_anywhere_is_an_error_or_a_prefix_never_nonsense(good_files, name, some_events):
+    whole = (good_files / name).read_bytes()
+    expected = [row[:3] for row in some_events.tolist()]
+    for length in [*range(min(200, len(whole))), *range(200, len(whole), 509)]:
+        (good_files / name).write_bytes(whole[:length])
+        recording, rows = read_or_complain(good_files / name, width=SIZE_PX[0], height=SIZE_PX[1])
+        if recording is None:
+            assert "\n" not in rows
+            continue
+        assert name != "a.npz"
+        assert name != "a.aedat4" or rows.size == some_events.size
+        got = [row[:3] for row in rows.tolist()]
+        sure = max(len(got) - (name == "a.csv"), 0)  # a CSV's last number may have lost digits
+        assert got[:sure] == expected[:sure]
+
+
+def test_cut_inside_a_vector(tmp_path):
+    assert complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x3008, 0x4003)).endswith(
+        "cut short at byte 43: inside a vector of events; copy it again"
+    )
+
+
+def test_coordinates_outside_the_sensor(tmp_path):
+    at = len(EVT3_HEAD)
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x2001, 0x2280, 0x2281, 0x2002))
+    place = f"the first is number 1 at byte {at + 6} (x = 640)"
+    assert line.startswith(f"2 of 4 events have x outside the 640 px wide sensor; {place};")
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x01E0, 0x2001, 0x0005, 0x2001))
+    assert line.startswith("1 of 2 events have y outside the 480 px high sensor; the first is number 0 at byte 39 (y =")
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x3000 | 636, 0x4FFF, 0x4001, 0x5000))
+    assert line.startswith("9 of 13 events have x outside the 640 px wide sensor; the first is number 4 at byte")
+    line = complaint(tmp_path / "a.raw", evt2(0x80000001, 0x00000000, 640 << 11))
+    assert line.startswith("1 of 2 events have x outside the 640 px wide sensor; the first is number 1 at byte")
+    line = complaint(tmp_path / "a.dat", dat((1, 1, 0, 5), (1, 480, 1, 6)))
+    assert line.startswith("1 of 2 events have y outside the 480 px high sensor; the first is number 1 at byte")
+    line = complaint(tmp_path / "a.es", ES_HEAD + bytes([2, 1, 0, 1, 0, 255, 2, 0x80, 2, 1, 0]))
+    assert line.startswith("1 of 2 events have x outside the 640 px wide sensor; the first is number 1 at byte 26")
+    line = complaint(tmp_path / "a.csv", b"t,x@640,y@480,on\n5,1,1,0\n6,-1,1,0\n7,640,1,0\n")
+    assert line.startswith("2 of 3 events have x outside the 640 px wide sensor; the first is number 1 at line 3 (x =")
+
+
+def test_coordinates_outside_a_size_the_file_does_not_tell(good_files):
+    np.savez(good_files / "a.npz", x=[5, 1280], y=[0, 0], p=[0, 1], t=[1, 2])
+    line = complaint(good_files / "a.npz")
+    assert line.startswith("1 of 2 events have x outside the 1280 px wide sensor; the first is number 1 (x = 1280);")
+    assert "width and height" in line
+
+
+def test_time_running_backwards(tmp_path):
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x6010, 0x2001, 0x600F, 0x2001, 0x6005, 0x2001))
+    place = f"the first is number 1 at byte {len(EVT3_HEAD) + 10} (1 us back)"
+    assert line == f"2 of 3 events have a time before the event ahead of it; {place}; sort the events by time"
+    line = complaint(tmp_path / "a.raw", evt3(0x8005, 0x0005, 0x2001, 0x8004, 0x2001))
+    assert "1 of 2 events have a time before the event ahead of it" in line
+    line = complaint(tmp_path / "a.raw", evt2(0x80000005, 0x00000000, 0x80000004, 0x00000000))
+    assert "1 of 2 events have a time before the event ahead of it" in line
+    line = complaint(tmp_path / "a.dat", dat((1, 1, 0, 9), (1, 1, 0, 3), (1, 1, 0, 2)))
+    assert "2 of 3 events have a time before the event ahead of it; the first is number 1 at byte" in line
+    line = complaint(tmp_path / "a.csv", b"t,x,y,p\n5,1,1,0\n4,1,1,0\n")
+    assert "the first is number 1 at line 3 (1 us back)" in line
+    np.savez(tmp_path / "a.npz", x=[0, 0], y=[0, 0], p=[0, 1], t=[2, 1])
+    assert "1 of 2 events have a time before the event ahead of it; the first is number 1 (1" in complaint(
+        tmp_path / "a.npz"
+    )
+
+
+def test_aedat4_that_breaks_a_rule(tmp_path):
+    """Its packets are compressed, so only faery sees inside: it refuses a coordinate, and holds a backward time."""
+    theirs = np.zeros(10, faery.EVENTS_DTYPE)
+    theirs["t"] = 10**6 + 1000 * np.arange(10)
+    path = tmp_path / "a.aedat4"
+    faery.events_stream_from_array(theirs, SIZE_PX).to_file(str(path), compression=None)
+    whole, event = path.read_bytes(), struct.pack("<qh", 1_003_000, 0)
+    line = complaint(path, whole.replace(event, struct.pack("<qh", 1_003_000, 640)))
+    assert line.startswith("damaged after 0 good events (x overflow (x=640")
+    path.write_bytes(whole.replace(event, struct.pack("<qh", 1_000_500, 0)))
+    assert open_recording(path).read()["t"].tolist()[2:5] == [1_002_000, 1_002_000, 1_004_000]
+
+
+def test_the_clock_wraps_without_a_step_back(tmp_path):
+    (tmp_path / "a.raw").write_bytes(evt3(0x8FF0, 0x8FFF, 0x0005, 0x6FFF, 0x2001, 0x8000, 0x2001, 0x8001, 0x2001))
+    assert open_recording(tmp_path / "a.raw").read()["t"].tolist() == [2**24 - 1, 2**24, 2**24 + 4096]
+    (tmp_path / "a.raw").write_bytes(evt2(0x8FFFFFFF, 0x0FC00000, 0x80000000, 0x00000000))
+    assert open_recording(tmp_path / "a.raw").read()["t"].tolist() == [2**34 - 1, 2**34]
+    (tmp_path / "a.dat").write_bytes(dat((1, 1, 0, 2**32 - 1), (1, 1, 1, 0)))
+    assert open_recording(tmp_path / "a.dat").read()["t"].tolist() == [2**32 - 1, 2**32]
+
+
+def test_events_without_a_time(tmp_path):
+    line = complaint(tmp_path / "a.raw", evt3(0x0005, 0x2001, 0x8005, 0x2001))
+    assert line.startswith("1 of 2 events have no usable time word before them; the first is number 0 at byte 37")
+    assert "no usable time word" in complaint(tmp_path / "a.raw", evt2(0x00000000, 0x80000005, 0x00000000))
+    assert "no usable time word" in complaint(tmp_path / "a.raw", evt3(0x8FFF, 0x0005, 0x2001))
+
+
+def test_polarity_neither_0_nor_1(tmp_path):
+    rule = "1 of 2 events have a polarity that is neither 0 nor 1; the first is number 1"
+    np.savez(tmp_path / "a.npz", x=[0, 0], y=[0, 0], p=[1, -1], t=[1, 2])
+    assert complaint(tmp_path / "a.npz") == f"{rule} (p = -1); store OFF as 0 and ON as 1"
+    assert complaint(tmp_path / "a.dat", dat((1, 1, 1, 1), (1, 1, 2, 2))).startswith(rule)
+    assert complaint(tmp_path / "a.csv", b"t,x,y,p\n1,1,1,1\n2,1,1,-1\n").startswith(rule)
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        ("6,1,1", "line 3 is '6,1,1'; each line holds whole numbers"),
+        ("6,1,1,", "line 3 is '6,1,1,'; each line holds whole numbers"),
+        ("6.5,1,1,0", "line 3 is '6.5,1,1,0'; each line holds whole numbers"),
+        ("nan,1,1,0", "line 3 is 'nan,1,1,0'; each line holds whole numbers"),
+        ("", "line 3 is ''; each line holds whole numbers"),
+        ("\x00\xff\x01", "line 3 is "),
+    ],
+)
+def test_a_csv_line_that_is_no_event(tmp_path, bad, words):
+    content = b"t,x,y,p\n5,1,1,0\n" + bad.encode("latin-1") + b"\n7,1,1,1\n"
+    assert complaint(tmp_path / "a.csv", content).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"x": [1], "y": [1], "t": [1]}, "arrays missing: p (found: t, x, y); give x, y, p, t"),
+        ({"x": [1, 2], "y": [1], "p": [1], "t": [1]}, "arrays x, y, p, t have [2, 1, 1, 1] entries; give one of each"),
+        ({"x": [1], "y": [1], "p": [1], "t": [0.5]}, "array t is float64 of shape (1,); store whole microseconds in"),
+        ({"x": [1], "y": [1], "p": [1], "t": [np.nan]}, "array t is float64 of shape (1,) with NaN; store whole micro"),
+        ({"x": ["a"], "y": [1], "p": [1], "t": [1]}, "array x is <U1 of shape (1,); store whole numbers in one dim"),
+        ({"x": [[1]], "y": [1], "p": [1], "t": [1]}, "array x is int64 of shape (1, 1); store whole numbers in one"),
+        ({"x": np.array([None]), "y": [1], "p": [1], "t": [1]}, "array x cannot be read (Object arrays cannot be lo"),
+        ({"x": [1], "y": [1], "p": [1], "t": [1], "width": 0, "height": 5}, "sensor of 0x5 px in the file; sides"),
+        ({"x": [1], "y": [1], "p": [1], "t": [1], "width": 0.5, "height": 5}, "width and height are not whole num"),
+    ],
+)
+def test_an_npz_with_wrong_arrays(tmp_path, arrays, words):
+    np.savez(tmp_path / "a.npz", **arrays)
+    assert complaint(tmp_path / "a.npz").startswith(words)
+
+
+def test_an_npz_with_a_flipped_byte(good_files):
+    content = bytearray((good_files / "a.npz").read_bytes())
+    with zipfile.ZipFile(good_files / "a.npz") as archive:
+        at = archive.getinfo("t.npy").header_offset + 200
+    content[at] ^= 0xFF
+    assert complaint(good_files / "a.npz", bytes(content)).startswith("array t cannot be read (")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        (
+            "a.raw",
+            b"% format EVT21;width=640;height=480\n\0\0\0\0\0\0\0\0",
+            "the header says EVT21; give EVT2, EVT3 or",
+        ),
+        ("a.raw", b"% date 2020-09-25\n\0\0", "the header names no event format; give EVT2, EVT3 or DAT"),
+        ("a.raw", b"% evt 3.0\n% date 2020", "cut short in the header, at byte 21; copy it again"),
+        ("a.dat", b"% Version 2\n\x0e\x08" + bytes(8), "no CD events of 8 bytes announced at byte 12; give a DAT fi"),
+        ("a.dat", b"% Version 1\n\x0c\x08" + bytes(8), "the header says DAT version 1; give EVT2, EVT3 or DAT"),
+        ("a.es", ES_HEAD[:15] + b"\x04" + ES_HEAD[16:], "Event Stream version 2, type 4; give version 2, type 1"),
+        ("a.aedat4", b"#!AER-DAT4.0\r\n\xff\xff\xff\xff" + bytes(50), "cut short or damaged in the header, before"),
+        ("a.aedat4", b"#!AER-DAT2.0\r\n", "not an event file but an AEDAT file older than version 4"),
+    ],
+)
+def test_a_header_that_cannot_be_used(tmp_path, name, content, words):
+    assert complaint(tmp_path / name, content).startswith(words)
+
+
+@pytest.mark.parametrize("name", GOOD_FILES)
+def test_flipped_bytes_give_events_inside_the_sensor_or_one_line(good_files, name):
+    rng = np.random.default_rng(7)
+    whole = (good_files / name).read_bytes()
+    for _ in range(60):
+        content = bytearray(whole)
+        for at in rng.integers(0, len(whole), 3):
+            content[at] ^= 1 << int(rng.integers(8))
+        (good_files / name).write_bytes(content)
+        recording, events = read_or_complain(good_files / name)
+        if recording is None:
+            assert "\n" not in events
+            continue
+        assert (events["x"] < recording.width).all()
+        assert (events["y"] < recording.height).all()
+        assert (np.diff(events["t"]) >= 0).all()
