@@ -18,7 +18,6 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.stats import binomtest
 
-from bicode_lab.camera.motion import FACING
 from bicode_lab.camera.truth import MarkerTruth
 from bicode_lab.recognition import Sighting
 
@@ -30,7 +29,7 @@ PLACE_PX = 4.0  # a sighting belongs to a marker if its middle lies in the marke
 
 @dataclass(frozen=True, kw_only=True)
 class Periods:
-    """The periods to judge: ``start_us + k * length_us`` for k = 0 .. count - 1, and where the 2D frame lies in them."""
+    """The periods to judge: ``start_us + k * length_us`` for k = 0 .. count - 1, each with its 2D frame."""
 
     start_us: int
     count: int
@@ -115,12 +114,11 @@ def _judge(here: list[Sighting], middle: MarkerTruth, frame: MarkerTruth) -> dic
 
 def _errors_2d(sighting: Sighting, truth: MarkerTruth) -> tuple[float, float, float]:
     """A 2D reading and the truth in; corner error [px], worst axis error [deg] and position error [m] out."""
-    assert sighting.corners is not None and sighting.rvec is not None and sighting.tvec is not None
-    off = np.asarray(sighting.corners) - truth.corners_px
+    off = np.asarray(sighting.corners, float) - truth.corners_px
     corner_px = float(np.sqrt((off**2).sum(1).mean()))
-    between = rotation_of(np.asarray(sighting.rvec)).T @ truth.pose.rotation
+    between = rotation_of(np.asarray(sighting.rvec, float)).T @ truth.pose.rotation
     axis_deg = float(np.rad2deg(np.arccos(np.clip(np.diag(between), -1, 1))).max())
-    tvec_m = float(np.linalg.norm(np.asarray(sighting.tvec) - truth.pose.position_m))
+    tvec_m = float(np.linalg.norm(np.asarray(sighting.tvec, float) - truth.pose.position_m))
     return corner_px, axis_deg, tvec_m
 
 
@@ -129,7 +127,7 @@ def rotation_of(rvec: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
     Examples
     --------
-    >>> bool(np.allclose(rotation_of(np.array([np.pi, 0, 0])), FACING))
+    >>> bool(np.allclose(rotation_of(np.array([np.pi, 0, 0])), np.diag([1, -1, -1])))
     True
     """
     return np.asarray(cv2.Rodrigues(rvec.reshape(3))[0], np.float64)
