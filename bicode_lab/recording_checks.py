@@ -25,7 +25,7 @@ from numba import njit
 from bicode_lab.recording_headers import Header, RecordingError
 
 _BLOCK_BYTES = 1 << 20
-_UNTIMED, _X, _Y, _P, _BACKWARDS = range(5)  # rows of a tally
+_UNTIMED, _X, _Y, _P, _BACKWARDS, _IDLE = range(6)  # rows of a tally
 _COUNT, _EVENT, _PLACE, _VALUE = range(4)  # columns of a tally; events are counted from 0, lines from 1
 # A scan's memory between blocks. HIGH is -1 until a time word came.
 _EVENTS, _LAST, _HIGH, _LOW, _WRAPS, _AT_X, _AT_Y, _KIND, _WIDTH, _HEIGHT = range(10)
@@ -70,10 +70,14 @@ def _scan_evt3(words: npt.NDArray[np.uint16], place: int, state: Ints, tally: In
             _note(tally, _UNTIMED, state[_EVENTS], where, 0)
         if kind == 0:  # row
             state[_AT_Y] = value & 0x7FF
+            if state[_AT_Y] >= state[_HEIGHT]:
+                _note(tally, _IDLE, state[_EVENTS], where, state[_AT_Y])
         elif kind == 2 or kind == 3:  # one event, or the base of a vector
             state[_AT_X] = value & 0x7FF
             if kind == 2:
                 _judge(state, tally, state[_AT_X], state[_AT_Y], 0, t, where)
+            elif state[_AT_X] >= state[_WIDTH]:
+                _note(tally, _IDLE, state[_EVENTS], where, state[_AT_X])
         elif kind == 4 or kind == 5:  # 12 or 8 pixels side by side
             size = 12 if kind == 4 else 8
             for bit in range(size):
@@ -165,7 +169,7 @@ class Check:
     def __init__(self, path: Path, header: Header, width: int, height: int) -> None:
         self.path = path
         self.header = header
-        self.tally: Ints = np.zeros((5, 4), np.int64)
+        self.tally: Ints = np.zeros((6, 4), np.int64)
         self.state: Ints = np.zeros(10, np.int64)
         self.state[_HIGH] = -1
         self.state[_WIDTH], self.state[_HEIGHT] = width, height
@@ -212,6 +216,7 @@ class Check:
             _X: (f"x outside the {width} px wide sensor", f"x = {value}", size),
             _Y: (f"y outside the {height} px high sensor", f"y = {value}", size),
             _P: ("a polarity that is neither 0 nor 1", f"p = {value}", "store OFF as 0 and ON as 1"),
+            _IDLE: (f"a row or vector base outside the {width}x{height} px sensor near them", f"at {value}", size),
             _BACKWARDS: ("a time before the event ahead of it", f"{value:,} us back", "sort the events by time"),
         }[rule]
         where = f" at {self.place} {place:,}" if self.place else ""

@@ -148,8 +148,6 @@ def open_recording(
     size_px, size_from = header.size_px, header.size_from
     if header.format == "npz":
         size_px = read_npz_size(path)
-    elif header.format == "AEDAT4":
-        size_px = _aedat_size(path)
     (width, height), size_from = _settle_size(path, size_px, size_from, width, height)
     return Recording(
         path=path,
@@ -218,15 +216,6 @@ def _faery_stream(path: Path, header: Header, size_px: tuple[int, int]) -> Any:
     return faery.events_stream_from_file(
         path, dimensions_fallback=size_px, file_type=file_type[header.format], csv_properties=properties
     )
-
-
-def _aedat_size(path: Path) -> tuple[int, int]:
-    try:
-        width, height = faery.events_stream_from_file(path, file_type="aedat").dimensions()
-    except BaseException as error:
-        _let_pass(error)
-        raise _translated(path, error, 0) from None
-    return int(width), int(height)
 
 
 def _let_pass(error: BaseException) -> None:

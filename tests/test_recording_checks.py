@@ -168,6 +168,11 @@ def test_coordinates_outside_the_sensor(tmp_path):
     assert line.startswith("2 of 3 events have x outside the 640 px wide sensor; the first is number 1 at line 3 (x =")
 
 
+def test_a_row_outside_the_sensor_without_events_in_it(tmp_path):
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x01FF, 0x0005, 0x2001))
+    assert line.startswith("1 of 1 events have a row or vector base outside the 640x480 px sensor near them; the first")
+
+
 def test_coordinates_outside_a_size_the_file_does_not_tell(good_files):
     np.savez(good_files / "a.npz", x=[5, 1280], y=[0, 0], p=[0, 1], t=[1, 2])
     line = complaint(good_files / "a.npz")
@@ -287,6 +292,7 @@ def test_an_npz_with_a_flipped_byte(good_files):
         ("a.dat", b"% Version 1\n\x0c\x08" + bytes(8), "the header says DAT version 1; give EVT2, EVT3 or DAT"),
         ("a.es", ES_HEAD[:15] + b"\x04" + ES_HEAD[16:], "Event Stream version 2, type 4; give version 2, type 1"),
         ("a.aedat4", b"#!AER-DAT4.0\r\n\xff\xff\xff\xff" + bytes(50), "cut short or damaged in the header, before"),
+        ("a.aedat4", b"#!AER-DAT4.0\r\n\x08\0\0\0\x18\0\0\0IOHE", "cut short or damaged in the header, before"),
         ("a.aedat4", b"#!AER-DAT2.0\r\n", "not an event file but an AEDAT file older than version 4"),
     ],
 )
