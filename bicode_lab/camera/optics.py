@@ -47,7 +47,7 @@ class Optics:
     pitch_um: float = 4.86
     focal_length_mm: float = 8.0
     f_number: float = 5.6
-    blur_px: float = 1.2
+    blur_px: float = 1.1
     halo_fraction: float = 0.03
     halo_px: float = 8.0
     infrared_filter: bool = False
@@ -103,7 +103,7 @@ class Light:
     plate_reflectance : float
         Of the plate with its LED off, relative to the same; 1 makes the dark plate invisible.
     led_to_ambient : float
-        Signal of a red face at 10.7 mA on 5 cm over that of the office; a trial needed 1.4.
+        Signal of a red face at 10.7 mA on 5 cm over that of the office; free, set by the ranges of Fig. 8 (0.7 .. 1.4).
     infrared_led_to_ambient : float
         The same for the 940 nm LED without a filter; assumed equal.
     infrared_share : float
@@ -114,8 +114,8 @@ class Light:
     illuminance_lux: float = 350.0
     reflectance: float = 1.0
     plate_reflectance: float = 1.0
-    led_to_ambient: float = 1.4
-    infrared_led_to_ambient: float = 1.4
+    led_to_ambient: float = 0.8
+    infrared_led_to_ambient: float = 0.8
     infrared_share: float = 0.02
 
     def __post_init__(self) -> None:

@@ -18,7 +18,7 @@ from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import open_recording, write_npz
 
 
-class Number(click.ParamType):
+class Number(click.ParamType[int]):
     """A whole number, decimal or 0x.. or 0b.. ."""
 
     name = "integer"

@@ -1,0 +1,131 @@
+"""``bicode decode FILE``: a recording in, one row for each track and period out, or one for each packet."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+from tqdm import tqdm
+
+from bicode_lab.events import Events
+from bicode_lab.marker import PacketFormat
+from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise
+from bicode_lab.recordings import Recording, open_recording
+
+Row = dict[str, Any]
+
+SIGHTING_WIDTHS = {
+    "t_us": 12, "track": 5, "x": 5, "y": 5, "w": 4, "h": 4, "id": 5, "reason": 10,
+    "n_packets": 9, "marker_2d_id": 12, "rvec": 26, "tvec": 26,
+}  # fmt: skip
+PACKET_WIDTHS = {"t_us": 12, "track": 5, "id": 5, "checksum_ok": 11}
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["table", "jsonl", "csv"]),
+    default="table",
+    show_default=True,
+    help="Of rows.",
+)
+@click.option("--packets", is_flag=True, help="One row a packet, those across a period's border too.")
+@click.option("--manchester", type=click.Choice(["ieee", "thomas", "auto"]), default="ieee", show_default=True)
+@click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
+@click.option("--payload-bits", type=int, default=8, show_default=True)
+@click.option("--f-id-hz", type=float, default=1000.0, show_default=True, help="Bit rate of the marker.")
+@click.option("--delta-t-id-us", type=int, help="Bin of the LED's state; by default half a chip, 250 at 1 kHz.")
+@click.option("--width", type=int, help="Sensor [px], where the file does not say.")
+@click.option("--height", type=int, help="Sensor [px], where the file does not say.")
+@click.option("--size-m", type=float, default=0.05, show_default=True, help="Side of the ArUco pattern, for the pose.")
+@click.option("--focal-px", type=float, default=1646.09, show_default=True, help="Focal length, for the pose.")
+def decode(file: Path, form: str, packets: bool, width: int | None, height: int | None, **options: Any) -> None:
+    r"""Read every marker in FILE: event camera RAW (EVT2, EVT3), DAT, AEDAT4, ES, CSV, or our own .npz.
+
+    One row for each track and period of 33 ms, counted from the first event; a period in
+    which nothing blinks has no row. t_us is the recording's own clock, x y w h a box from
+    its top left [px], id the blinked ID; without one, reason says why:
+
+    \b
+    no_events   nothing in the box      no_start    never off for long enough
+    manchester  a bit did not switch    checksum    bits read, checksum wrong
+    cut         no whole packet fits    conflict    two valid IDs disagree
+
+    rvec [rad] and tvec [m] are the pose of the 2D marker in camera axes: x right, y down,
+    z forward.
+    """
+    recording = open_recording(file, width=width, height=height)
+    settings = _settings(options, recording)
+    sightings = recognise(_watched(recording), settings)
+    if packets:
+        rows: Iterable[Row] = (dataclasses.asdict(row) for row in packet_rows(sightings))
+        widths = PACKET_WIDTHS
+    else:
+        rows, widths = (sighting.row() for sighting in sightings), SIGHTING_WIDTHS
+    _write(rows, widths, form)
+
+
+def _settings(options: dict[str, Any], recording: Recording) -> ReceiverSettings:
+    """The command line's options in, the receiver's settings out."""
+    convention = options["manchester"]
+    packet_format = PacketFormat(
+        payload_bits=options["payload_bits"],
+        checksum=options["checksum"],
+        f_id_hz=options["f_id_hz"],
+        manchester="ieee" if convention == "auto" else convention,
+    )
+    chip_us = packet_format.chip_us
+    bin_us = options["delta_t_id_us"]
+    return ReceiverSettings(
+        packet_format=packet_format,
+        manchester=convention,
+        width=recording.width,
+        height=recording.height,
+        delta_t_id_us=max(1, int(chip_us / 2)) if bin_us is None else bin_us,
+        delta_t_blinker_us=min(33_000, round(4 * chip_us)),  # two bits, 2 ms at 1 kHz
+        pattern_size_m=options["size_m"],
+        focal_px=options["focal_px"],
+    )
+
+
+def _watched(recording: Recording) -> Iterator[Events]:
+    """The recording's chunks, with a progress bar where somebody watches a long run."""
+    with tqdm(unit=" events", unit_scale=True, disable=None, delay=2) as bar:
+        for chunk in recording.chunks():
+            yield chunk
+            bar.update(chunk.size)
+
+
+def _write(rows: Iterable[Row], widths: dict[str, int], form: str) -> None:
+    """Rows in, lines on standard output, each as soon as it is known."""
+    if form == "jsonl":
+        for row in rows:
+            click.echo(json.dumps(row))
+    elif form == "csv":
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow(widths)
+        for row in rows:
+            writer.writerow([_cell(row[name], " ") for name in widths])
+            sys.stdout.flush()
+    else:
+        click.echo("  ".join(name.rjust(width) for name, width in widths.items()))
+        for row in rows:
+            click.echo("  ".join(_cell(row[name], " ", "-").rjust(width) for name, width in widths.items()))
+
+
+def _cell(value: Any, between: str, missing: str = "") -> str:
+    """A value in, the text of its cell out."""
+    show: Callable[[float], str] = "{:.4f}".format
+    if value is None:
+        return missing
+    if isinstance(value, tuple):
+        return between.join(show(v) for v in value)
+    return str(value)
