@@ -23,6 +23,8 @@ from bicode_lab.recognition.settings import ReceiverSettings
 
 MARGIN_CELLS = 1  # of glowing margin around the pattern of a "white" plate, see `marker.board`
 COUNT_QUANTILE = 0.9  # of the pixels with events: their count is drawn at full contrast
+BACK_TO_FRONT = np.diag([1.0, -1.0, -1.0])  # half a turn about x
+QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # about z
 Vector = tuple[float, float, float]
 
 
@@ -118,21 +120,27 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
     >>> half = 0.05 * s.focal_px / 1.0 / 2  # seen straight from 1 m
     >>> corners = [(639.5 + u * half, 359.5 + v * half) for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     >>> rvec, tvec = find_pose(corners, s)
-    >>> [round(abs(value), 3) for value in tvec]
-    [0.0, 0.0, 1.0]
+    >>> [round(abs(value), 3) for value in (*rvec, *tvec)]
+    [3.142, 0.0, 0.0, 0.0, 0.0, 1.0]
     """
     cx, cy = settings.principal_point_px
     camera = np.array([[settings.focal_px, 0, cx], [0, settings.focal_px, cy], [0, 0, 1.0]])
+    seen = np.asarray(corners, np.float64).reshape(4, 2)
+    # OpenCV's IPPE loses rotations by half a turn, which is how a marker that looks at the camera is turned.
+    # So the pattern is taken as its back, the corner nearest to the image's top left first, and turned back after.
+    first = int(np.argmin(seen.sum(axis=1)))
+    back = np.roll(seen, -first, axis=0)[::-1]
     known, rvec, tvec = cv2.solvePnP(
         square_corners_m(settings.pattern_size_m),
-        np.asarray(corners, np.float64).reshape(4, 1, 2),
+        np.ascontiguousarray(back).reshape(4, 1, 2),
         camera,
         np.zeros(4),
         flags=cv2.SOLVEPNP_IPPE_SQUARE,
     )
     if not known:
         return None
-    r, t = np.ravel(rvec).tolist(), np.ravel(tvec).tolist()
+    rotation = cv2.Rodrigues(rvec)[0] @ BACK_TO_FRONT @ np.linalg.matrix_power(QUARTER_TURN, first)
+    r, t = np.ravel(cv2.Rodrigues(rotation)[0]).tolist(), np.ravel(tvec).tolist()
     return (r[0], r[1], r[2]), (t[0], t[1], t[2])
 
 
