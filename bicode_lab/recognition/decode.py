@@ -7,9 +7,9 @@
 2. Start: an off run longer than data can hold. Data hold runs of two chips at most, the start
    is 2 start_bits chips and one or two more where its neighbours are off: the line is drawn
    in the middle. The ON edge that ends it is the first of the data: chip 0 or chip 1.
-3. Clock: the grid of chips that the packet's edges fit best, by the mean of exp(2 pi i t / chip)
-   over a range of chip lengths. ON and OFF edges have a phase each, because a pixel's
-   latency differs between them, and a transmitter's clock may be some percent off.
+3. Clock: the grid of chips that fits the packet's edges best, over a range of chip lengths and
+   phases. ON and OFF edges have a phase each, because a pixel's latency differs between them,
+   and a transmitter's clock may be some percent off.
 4. Chips -> Manchester -> checksum, for both places of the first ON edge that the off run
    allows. Chips that hold under both, with two payloads that pass, are a `conflict`.
 
@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +43,12 @@ REASONS: tuple[Reason, ...] = ("no_events", "no_start", "cut", "manchester", "ch
 
 CLOCK_STEPS = 12  # chip lengths tried on either side of the nominal one
 CLOCK_STEP = 0.005  # relative; 22 chips drift by a tenth of one: less than a bin
+UNSEEN_BINS = 1.5  # an edge this near the end of the data may not show yet
 RUN_SLACK_CHIPS = 1.25  # how much shorter the off run may look: a bin, an OFF edge's tail, 6 % of clock
+PHASES = 40  # places of the grid tried within a chip
+MISFIT_CHIPS = 0.2  # latency differs from edge to edge by about this much at 1 kHz
+NEARNESS = 0.3  # of two grids that fit, the one whose lines are nearer, and
+CLOCK_DOUBT = 3.0  # the one whose clock is less off: 0.03 points per percent
 OFF_LATER_CHIPS = 0.1  # OFF edges are seen this much later than ON edges, +- half a chip
 
 
@@ -75,6 +80,16 @@ class Packet:
     reason: Reason | None
     manchester: Convention | None
     edge_us: int
+
+
+class _Reading(NamedTuple):
+    """What a packet says if its first ON edge is chip number `place` of the data."""
+
+    place: int
+    whole: bool
+    payload: int | None
+    convention: Convention | None
+    holds: bool
 
 
 def decode_packets(
@@ -149,38 +164,41 @@ def _read_packet(
     n_start, n_data = 2 * f.start_bits, 2 * f.data_bits
     nominal = f.chip_us / delta_t_id_us
     chips, chip, phase = _read_chips(times, rises, first, n_data + f.start_bits, nominal)
-    run_chips = (times[first] - (times[first - 1] if first else 0.0)) / nominal
+    run_chips = (times[first] - times[first - 1]) / nominal if first else np.inf
 
-    def as_packet(place: int, reading: tuple[int | None, Convention | None], reason: Reason | None) -> Packet:
+    def as_packet(reading: _Reading, reason: Reason | None) -> Packet:
+        begin, end = span(reading.place)
+        moments = (start_us + round(float(moment * delta_t_id_us)) for moment in (begin, end, times[first]))
+        begin_us, end_us, edge_us = moments
+        return Packet(begin_us, end_us, reading.payload, reason is None, reason, reading.convention, edge_us)
+
+    def span(place: int) -> tuple[float, float]:
         begin = times[first] + phase - (n_start + place) * chip
-        moments = (begin, begin + (n_start + n_data) * chip, times[first])
-        begin_us, end_us, edge_us = (start_us + round(float(moment * delta_t_id_us)) for moment in moments)
-        return Packet(begin_us, end_us, reading[0], reason is None, reason, reading[1], edge_us)
+        return begin, begin + (n_start + n_data) * chip
 
-    readings: list[tuple[int, int, Convention, bool]] = []
-    furthest: Reason = "cut"
+    readings: list[_Reading] = []
+    reason: Reason = "manchester"
     for place in (0, 1):
-        begin = times[first] + phase - (n_start + place) * chip
-        if begin < -0.5 or begin + (n_start + n_data) * chip > n_bins + 0.5:
-            continue  # not whole in the span
+        begin, end = span(place)
+        whole = begin >= -0.5 and end <= n_bins + 0.5
+        if not whole:
+            reason = "cut"
         if run_chips < n_start + place - RUN_SLACK_CHIPS:
-            furthest = "manchester"
             continue
         shifted = np.concatenate([np.zeros(place, np.uint8), chips])
         bits, switched = manchester_decode(shifted[:n_data], "ieee")
-        if not switched.all() or shifted[n_data : n_data + f.start_bits].any():
-            furthest = "manchester" if furthest == "cut" else furthest
+        n_seen = int((n_bins - UNSEEN_BINS - times[first] - phase) / chip) + place  # the last edge may be yet to come
+        if not switched.all() or shifted[n_data : min(n_data + f.start_bits, n_seen)].any():
             continue
         for convention in conventions:
             payload, holds = decode_data_bits(bits if convention == "ieee" else 1 - bits, f)
-            readings.append((place, payload, convention, holds))
-    good = [reading for reading in readings if reading[3]]
-    if good:
-        conflict = len({reading[1] for reading in good}) > 1
-        return as_packet(good[0][0], (good[0][1], good[0][2]), "conflict" if conflict else None)
-    if readings:
-        return as_packet(readings[0][0], (readings[0][1], readings[0][2]), "checksum")
-    return as_packet(0, (None, None), furthest)
+            readings.append(_Reading(place, whole, payload, convention, holds))
+    good = [reading for reading in readings if reading.holds]
+    if any(reading.whole for reading in good):
+        conflict = len({reading.payload for reading in good}) > 1
+        return as_packet(next(reading for reading in good if reading.whole), "conflict" if conflict else None)
+    readings = [reading for reading in readings if reading.whole and not good]
+    return as_packet(readings[0], "checksum") if readings else as_packet(_Reading(0, False, None, None, False), reason)
 
 
 @njit(cache=True)
@@ -223,29 +241,34 @@ def _find_starts(times, rises, least_run):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _fit_clock(times, rises, first, last, nominal):  # type: ignore[no-untyped-def]
-    """Edges of one packet in; chip length [bins], phase of ON and of OFF edges [chips] that fit them best out."""
-    best = -1.0
+    """Edges of one packet in; chip length [bins], phase of ON and of OFF edges [chips] that fit them best out.
+
+    An edge lies anywhere in its bin: it fits a grid line no farther than half a bin, and each
+    MISFIT_CHIPS more take a point off, up to one, so that a stray edge costs no more than that.
+    """
+    half_bin = 0.5 / nominal
+    best = -1e9
     best_chip, best_on, best_off = nominal, 0.0, 0.0
+    scores = np.empty((2, PHASES))
     for step in range(-CLOCK_STEPS, CLOCK_STEPS + 1):
         chip = nominal * (1 + step * CLOCK_STEP)
-        on_x, on_y, off_x, off_y = 0.0, 0.0, 0.0, 0.0
+        scores[:] = 0.0
         for i in range(first, last):
-            angle = 2 * np.pi * (times[i] - times[first]) / chip
-            if rises[i]:
-                on_x += np.cos(angle)
-                on_y += np.sin(angle)
-            else:
-                off_x += np.cos(angle)
-                off_y += np.sin(angle)
-        score = (np.hypot(on_x, on_y) + np.hypot(off_x, off_y)) * (1 - abs(step) * CLOCK_STEP)
+            place = (times[i] - times[first]) / chip
+            row = 1 if rises[i] else 0
+            for k in range(PHASES):
+                away = place - k / PHASES
+                away = abs(away - np.floor(away + 0.5))
+                misfit = max(away - half_bin, 0.0) / MISFIT_CHIPS
+                scores[row, k] -= min(misfit, 1.0) + NEARNESS * away * away
+        k_on, k_off = np.argmax(scores[1]), np.argmax(scores[0])
+        score = scores[1, k_on] + scores[0, k_off] - CLOCK_DOUBT * abs(step) * CLOCK_STEP
         if score > best:
             best = score
-            best_chip = chip
-            best_on = np.arctan2(on_y, on_x) / (2 * np.pi)
-            best_off = np.arctan2(off_y, off_x) / (2 * np.pi)
+            best_chip, best_on, best_off = chip, k_on / PHASES, k_off / PHASES
+    best_on -= np.floor(best_on + 0.5)
     later = best_off - best_on - OFF_LATER_CHIPS
-    best_off = best_on + OFF_LATER_CHIPS + later - np.round(later)
-    return best_chip, best_on, best_off
+    return best_chip, best_on, best_on + OFF_LATER_CHIPS + later - np.floor(later + 0.5)
 
 
 @njit(cache=True)
