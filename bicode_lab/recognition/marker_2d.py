@@ -130,14 +130,11 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
     # So the pattern is taken as its back, the corner nearest to the image's top left first, and turned back after.
     first = int(np.argmin(seen.sum(axis=1)))
     back = np.roll(seen, -first, axis=0)[::-1]
-    known, rvec, tvec = cv2.solvePnP(
-        square_corners_m(settings.pattern_size_m),
-        np.ascontiguousarray(back).reshape(4, 1, 2),
-        camera,
-        np.zeros(4),
-        flags=cv2.SOLVEPNP_IPPE_SQUARE,
-    )
-    if not known:
+    points = (square_corners_m(settings.pattern_size_m), np.ascontiguousarray(back).reshape(4, 1, 2), camera, np.zeros(4))
+    known, rvec, tvec = cv2.solvePnP(*points, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+    if not np.isfinite([*rvec, *tvec]).all():  # IPPE divides by zero on a perfect square
+        known, rvec, tvec = cv2.solvePnP(*points, flags=cv2.SOLVEPNP_ITERATIVE)
+    if not known or not np.isfinite([*rvec, *tvec]).all():
         return None
     rotation = cv2.Rodrigues(rvec)[0] @ BACK_TO_FRONT @ np.linalg.matrix_power(QUARTER_TURN, first)
     r, t = np.ravel(cv2.Rodrigues(rotation)[0]).tolist(), np.ravel(tvec).tolist()
