@@ -1,0 +1,116 @@
+"""Fig. 8 to 12 and 14: accuracy over distance.
+
+The blinker is a solid line with circles, the 2D marker a dashed one with squares, what the
+paper states is black and hollow: shape and stroke tell them apart in grey print, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
+
+Kind = Literal["blinker", "2d"]
+LINE = {"blinker": "-", "2d": "--"}
+DOT = {"blinker": "o", "2d": "s"}
+ARROW = {">": "^", ">=": "^", "<": "v", "<=": "v"}
+TICKS_M = (0.5, 1.0, 2.5, 5.0, 10.0, 20.0, 50.0)
+
+
+def draw_accuracy(
+    distance_m: npt.ArrayLike,
+    accuracy: npt.ArrayLike,
+    ax: Axes,
+    *,
+    low: npt.ArrayLike | None = None,
+    high: npt.ArrayLike | None = None,
+    kind: Kind = "blinker",
+    label: str = "",
+    color: str | None = None,
+) -> Axes:
+    """Accuracies and their 95 % intervals in, one curve over distance out.
+
+    Parameters
+    ----------
+    distance_m : array_like, shape (n,)
+        Camera to marker [m].
+    accuracy : array_like, shape (n,)
+        Right periods over all periods, 0 .. 1.
+    ax : Axes
+    low, high : array_like, shape (n,), optional
+        Ends of the interval, drawn as bars.
+    kind : {"blinker", "2d"}
+        Solid with circles, or dashed with squares.
+    label : str
+        For the legend.
+    color : str, optional
+        None takes the next of the cycle.
+    """
+    _check_kind(kind)
+    distance, value = np.asarray(distance_m, float), np.asarray(accuracy, float)
+    order = np.argsort(distance)
+    bars = None
+    if low is not None and high is not None:
+        bars = np.stack([value - np.asarray(low, float), np.asarray(high, float) - value])[:, order]
+        bars = np.maximum(bars, 0.0)  # an interval that ends at its value may miss it by a rounding
+    ax.errorbar(
+        distance[order], value[order], yerr=bars, color=color, label=label or None,
+        linestyle=LINE[kind], marker=DOT[kind], markersize=6, elinewidth=1.2, clip_on=False,
+    )  # fmt: skip
+    return set_distance_axis(ax)
+
+
+def draw_paper_accuracy(
+    distance_m: npt.ArrayLike,
+    accuracy: npt.ArrayLike,
+    ax: Axes,
+    *,
+    op: Sequence[str] | None = None,
+    kind: Kind = "blinker",
+    label: str = "paper",
+) -> Axes:
+    """What the paper states in, hollow black marks out: a value, or a triangle where it only says more or less than.
+
+    Parameters
+    ----------
+    distance_m, accuracy : array_like, shape (n,)
+        Distance [m] and accuracy, 0 .. 1.
+    ax : Axes
+    op : sequence of str, optional
+        For each value "==", "~=", ">", ">=", "<" or "<="; None takes all as "==".
+    kind : {"blinker", "2d"}
+        Circles, or squares.
+    label : str
+        For the legend.
+    """
+    _check_kind(kind)
+    distance, value = np.atleast_1d(np.asarray(distance_m, float)), np.atleast_1d(np.asarray(accuracy, float))
+    marks = [ARROW.get(o, DOT[kind]) for o in (op if op is not None else ["=="] * distance.size)]
+    for mark in dict.fromkeys(marks):
+        chosen = np.array([m == mark for m in marks])
+        ax.plot(
+            distance[chosen], value[chosen], mark, color="black", markerfacecolor="none", markersize=10,
+            markeredgewidth=1.4, label=label or None, clip_on=False, zorder=5,
+        )  # fmt: skip
+        label = ""
+    return set_distance_axis(ax)
+
+
+def set_distance_axis(ax: Axes) -> Axes:
+    """Axes in; distance in logarithmic steps from 0.4 to 60 m, accuracy from 0 to 1, both named."""
+    ax.set_xscale("log")
+    ax.set(xlim=(0.4, 60), ylim=(0, 1.04), xlabel="distance (m)", ylabel="accuracy (share of periods)")
+    ax.xaxis.set_major_locator(FixedLocator(list(TICKS_M)))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    return ax
+
+
+def _check_kind(kind: str) -> None:
+    """Refuse what has no line style."""
+    if kind not in LINE:
+        raise ValueError(f"kind={kind!r} is not known; choose 'blinker' or '2d'")
