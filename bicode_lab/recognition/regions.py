@@ -6,13 +6,13 @@ the frame slides over the whole period in steps of half its length, and every pi
 votes: the frames in which it looked like a blinker.
 
 What a blinker does: every bit switches, so inside the data each frame of two bits holds an
-ON and an OFF edge, whatever the ID; only the start is quiet. 32 frames of a period hold about
-22 such. What clutter does: a texture's edge passes a pixel with a few events of one polarity;
-a hot pixel fires some 4 times in a period, alone. Hence the vote of rule "blink": both
-polarities within a pixel's 3 x 3 neighbours within one frame. It counts ON and OFF side by
-side and never their difference, so a balanced sensor cannot hide a marker. A pixel is kept
-where its votes reach `min_blink_fraction` of the frames: 5 of 32, a quarter of what a blinker
-shows even where a far one fires at only every other edge. The other rules vote where the
+ON and an OFF edge, whatever the ID; only the start is quiet. 31 frames of a period hold about
+21 such, 68 %. What clutter does: a texture's edge passes a pixel with a few events of one
+polarity; a hot pixel fires some 4 times in a period, alone. Hence the vote of rule "blink":
+both polarities within a pixel's 3 x 3 neighbours within one frame. It counts ON and OFF side
+by side and never their difference, so a balanced sensor cannot hide a marker. A pixel is kept
+where its votes reach `min_blink_fraction` of the frames: 30 % leaves a far marker, whose
+pixels miss many edges, the larger half of what it should show. The other rules vote where the
 3-valued frame is not zero, as in the paper.
 
 Morphology: kept pixels with no more than `closing_px` dark ones between them are one region
@@ -35,7 +35,11 @@ from bicode_lab.events import Events, slice_time
 from bicode_lab.recognition.accumulate import accumulate
 from bicode_lab.recognition.settings import FrameRule, ReceiverSettings
 
-MAX_BINS = 64  # half frames of a period: bits of one word
+MAX_BINS = 32  # half frames of a period: bits of half a word
+ON_SHIFT = np.uint64(32)  # the upper half of a pixel's word is for ON, the lower for OFF
+LOWER_HALF = np.uint64(0xFFFFFFFF)
+LEAST_MOMENTS = 3  # half frames with an event of the pixel's own
+CLEAR_ALL = 16  # where more than this part of the pixels was touched, all are cleared at once
 
 
 @dataclass(frozen=True)
@@ -71,12 +75,12 @@ class RegionFinder:
     def __init__(self, settings: ReceiverSettings) -> None:
         self.settings = settings
         n_pixels = settings.width * settings.height
-        self._marks = np.zeros((n_pixels, 2), np.uint64)
+        self._marks = np.zeros(n_pixels, np.uint64)
         self._votes = np.zeros(n_pixels, np.uint8)
-        self._touched = np.empty(n_pixels, np.int32)
+        self._touched = np.empty(n_pixels + 1, np.int32)
         self._kept = np.empty(n_pixels, np.int32)
         self._stack = np.empty(n_pixels, np.int32)
-        # Half frames; where a period has more than 64, as many as a word has bits.
+        # Half frames; where a period has more than 32 (the paper's has 33), they are a little longer.
         half_us = settings.delta_t_blinker_us / 2
         self.n_bins = min(MAX_BINS, max(1, int(np.ceil(settings.delta_t_whole_us / half_us))))
         self.bin_us = settings.delta_t_whole_us / self.n_bins
@@ -120,7 +124,10 @@ class RegionFinder:
         n_kept: int = _keep(
             touched, self._marks, s.width, s.height, self.span, self.n_frames, self.min_votes, self._votes, self._kept
         )
-        self._marks[touched] = 0
+        if n_touched > self._marks.size // CLEAR_ALL:
+            self._marks[:] = 0
+        else:
+            self._marks[touched] = 0
         return n_kept
 
     def _vote_frames(self, events: Events, start_us: int, rule: FrameRule) -> int:
@@ -171,10 +178,10 @@ def _mark(events, ends, width, height, marks, touched):  # type: ignore[no-untyp
             outside += 1
             continue
         pixel = np.int64(y) * width + np.int64(x)
-        if (marks[pixel, 0] | marks[pixel, 1]) == np.uint64(0):
-            touched[n_touched] = pixel
-            n_touched += 1
-        marks[pixel, 1 if events[i]["p"] > 0 else 0] |= bit
+        mark = marks[pixel]
+        touched[n_touched] = pixel
+        n_touched += mark == np.uint64(0)
+        marks[pixel] = mark | (bit << ON_SHIFT if events[i]["p"] > 0 else bit)
     return n_touched, outside
 
 
@@ -190,19 +197,18 @@ def _popcount(word):  # type: ignore[no-untyped-def]
 def _keep(touched, marks, width, height, span, n_frames, min_votes, votes, kept):  # type: ignore[no-untyped-def]
     """Votes of each touched pixel from its 3 x 3 neighbours' marks; list the pixels with enough."""
     n_kept = 0
-    in_period = ~np.uint64(0) >> np.uint64(64 - n_frames)
+    in_period = LOWER_HALF >> np.uint64(32 - n_frames)
     for i in range(touched.size):
         pixel = touched[i]
-        own = marks[pixel, 0] | marks[pixel, 1]
-        if own & (own - np.uint64(1)) == np.uint64(0):
-            continue  # one single moment: noise, and most of what is touched in a noisy period
+        own = marks[pixel]
+        if _popcount((own | own >> ON_SHIFT) & LOWER_HALF) < LEAST_MOMENTS:
+            continue  # noise, and most of what is touched in a noisy period
         y, x = pixel // width, pixel % width
-        off = np.uint64(0)
-        on = np.uint64(0)
+        near = np.uint64(0)
         for ny in range(max(y - 1, 0), min(y + 2, height)):
-            for nx in range(max(x - 1, 0), min(x + 2, width)):
-                off |= marks[ny * width + nx, 0]
-                on |= marks[ny * width + nx, 1]
+            for neighbour in range(ny * width + max(x - 1, 0), ny * width + min(x + 2, width)):
+                near |= marks[neighbour]
+        off, on = near & LOWER_HALF, near >> ON_SHIFT
         frames_off, frames_on = off, on
         for shift in range(1, span):
             frames_off |= off >> np.uint64(shift)

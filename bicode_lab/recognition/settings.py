@@ -78,7 +78,7 @@ class ReceiverSettings:
     delta_t_id_us: int = 250
     frame_rule_2d: Literal["any", "sum", "last", "count"] = "any"
     frame_rule_blinker: Literal["blink", "sum", "last", "any"] = "blink"
-    min_blink_fraction: float = 0.15
+    min_blink_fraction: float = 0.3
     closing_px: int = 2
     min_region_pixels: int = 3
     max_regions: int = 64
