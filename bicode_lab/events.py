@@ -127,8 +127,23 @@ def polarity_sign(events: Events) -> npt.NDArray[np.int8]:
 
 def merge(*streams: Events) -> Events:
     """Event arrays in, one array of all their events out, sorted by time (ties: first argument first)."""
-    together = np.concatenate([no_events(), *streams])
-    return together[np.argsort(together["t"], kind="stable")]
+    together = join(streams)
+    return _words(together)[np.argsort(together["t"], kind="stable")].view(EVENT_DTYPE).ravel()
+
+
+def join(chunks: Iterable[Events]) -> Events:
+    """Chunks of a stream in, one array of them one behind the other out."""
+    return np.concatenate([_words(no_events()), *(_words(chunk) for chunk in chunks)]).view(EVENT_DTYPE).ravel()
+
+
+def copy_events(events: Events) -> Events:
+    """Events in, a copy that may be written into out."""
+    return _words(events).copy().view(EVENT_DTYPE).ravel()
+
+
+def _words(events: Events) -> npt.NDArray[np.int64]:
+    """Events in, the same memory as two words each out: numpy moves those ten times faster than records."""
+    return np.ascontiguousarray(events).view(np.int64).reshape(-1, 2)
 
 
 def merge_streams(first: Iterable[Events], second: Iterable[Events]) -> Iterator[Events]:

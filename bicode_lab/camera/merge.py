@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bicode_lab.camera.record import CHUNK_US, Recorder, Scene
-from bicode_lab.events import Events, merge, no_events
+from bicode_lab.events import Events, copy_events, join, merge, no_events
 
 LONGEST_S = 1e6
 
@@ -51,7 +51,7 @@ def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Gener
             chunk, held = chunk[real:], held[marker:]
             if drawn_us > end_us:
                 break
-            fresh = next(synthetic).copy()
+            fresh = copy_events(next(synthetic))
             fresh["t"] += start_us
-            held = np.concatenate([held, fresh])
+            held = join([held, fresh])
             drawn_us += CHUNK_US

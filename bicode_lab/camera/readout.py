@@ -13,7 +13,7 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.events import Events
+from bicode_lab.events import Events, copy_events
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ class ReadoutQueue:
 
     def pass_on(self, events: Events) -> Events:
         """A chunk in the order in which its pixels fired in; what comes out of the camera, with its times, out."""
-        out = events.copy()
+        out = copy_events(events)
         r = self._readout
         kept = int(_read_rows(out, self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s, r.buffer_events))
         self.lost += events.size - kept

@@ -15,7 +15,7 @@ from bicode_lab.camera.optics import Light, Optics, ambient_signal
 from bicode_lab.camera.patch import Patch, PlateImage
 from bicode_lab.camera.readout import Readout, ReadoutQueue
 from bicode_lab.camera.sensor import PixelModel, PixelState, fire_lit_pixels, sort_by_time, start_pixels
-from bicode_lab.events import EVENT_DTYPE, Events, no_events
+from bicode_lab.events import EVENT_DTYPE, Events, join, no_events
 from bicode_lab.marker import Marker
 
 CHUNK_US = 10_000
@@ -275,4 +275,4 @@ def record(scene: Scene, duration_s: float, rng: np.random.Generator | int) -> E
     True
     """
     generator = np.random.default_rng(rng)
-    return np.concatenate([no_events(), *Recorder(scene, duration_s, generator)])
+    return join(Recorder(scene, duration_s, generator))

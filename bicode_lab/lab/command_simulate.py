@@ -13,7 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from bicode_lab.camera import Light, Optics, Placed, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
-from bicode_lab.events import Events, no_events
+from bicode_lab.events import Events, join
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import open_recording, write_npz
 
@@ -68,7 +68,7 @@ def simulate(out: Path, seconds: float, seed: int, background: Path | None, **op
         recorder = Recorder(scene, seconds, rng)
         chunks = list(_watched(recorder))
         lost = recorder.queue.lost
-    events = np.concatenate([no_events(), *chunks])
+    events = join(chunks)
     start = int(events["t"][0]) if background is not None and events.size else 0
     duration = int(events["t"][-1]) - start + 1 if background is not None and events.size else round(seconds * 1e6)
     write_npz(out, events, scene.optics.width, scene.optics.height)

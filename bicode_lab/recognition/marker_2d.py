@@ -130,8 +130,8 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
     # So the pattern is taken as its back, the corner nearest to the image's top left first, and turned back after.
     first = int(np.argmin(seen.sum(axis=1)))
     back = np.roll(seen, -first, axis=0)[::-1]
-    seen = np.ascontiguousarray(back).reshape(4, 1, 2)
-    points = (square_corners_m(settings.pattern_size_m), seen, camera, np.zeros(4))
+    found = np.ascontiguousarray(back).reshape(4, 1, 2)
+    points = (square_corners_m(settings.pattern_size_m), found, camera, np.zeros(4))
     known, rvec, tvec = cv2.solvePnP(*points, flags=cv2.SOLVEPNP_IPPE_SQUARE)
     if not np.isfinite([*rvec, *tvec]).all():  # IPPE divides by zero on a perfect square
         known, rvec, tvec = cv2.solvePnP(*points, flags=cv2.SOLVEPNP_ITERATIVE)
