@@ -21,6 +21,7 @@ from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import Optics, plate_homography
 from bicode_lab.camera.sensor import F4, F8, I8, MOST_EVENTS_A_STRETCH, NOISE_REACH, U4, _follow, _noise_of
 
+NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
 TILE = 8  # texels a side; extremes of the texture are kept a tile, its neighbours included
 
 
@@ -116,6 +117,8 @@ def textured_wall(
 def _at(image: F4, h: Floats, x: float, y: float) -> float:
     """The repeated image at the point that a pixel maps to, between its four nearest points."""
     w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
+    if w < NEAREST_HORIZON:  # the wall is not on this line of sight
+        return 0.0
     u = (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w
     v = (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
     column, row = np.floor(u), np.floor(v)
@@ -172,7 +175,8 @@ def fire_background(
         w1 = h1[2, 0] * x + h1[2, 1] * y + h1[2, 2]
         u0, v0 = (h0[0, 0] * x + h0[0, 1] * y + h0[0, 2]) / w0, (h0[1, 0] * x + h0[1, 1] * y + h0[1, 2]) / w0
         u1, v1 = (h1[0, 0] * x + h1[0, 1] * y + h1[0, 2]) / w1, (h1[1, 0] * x + h1[1, 1] * y + h1[1, 2]) / w1
-        if abs(u1 - u0) < TILE - 2 and abs(v1 - v0) < TILE - 2:
+        met = w0 >= NEAREST_HORIZON and w1 >= NEAREST_HORIZON
+        if met and abs(u1 - u0) < TILE - 2 and abs(v1 - v0) < TILE - 2:
             r, c = (int(np.floor(v0)) % rows) // TILE, (int(np.floor(u0)) % columns) // TILE
             rise = log_ambient + highest[r, c] - ref
             fall = ref - log_ambient - lowest[r, c]

@@ -54,7 +54,7 @@ class Pose:
         >>> Pose.facing(2.5).position_m
         array([0. , 0. , 2.5])
         """
-        if distance_m <= 0:
+        if not distance_m > 0:
             raise ValueError(f"distance_m={distance_m} is not in front of the camera; choose more than 0 m")
         turn = turn_about("y", yaw_deg) @ turn_about("z", roll_deg)
         return cls(FACING @ turn, np.array([x_m, y_m, distance_m]))
@@ -162,5 +162,7 @@ def pan(tangential_m_per_s: float, distance_m: float, start_deg: float = 0.0) ->
     start_deg : float
         Where the camera looks at first, to the right of the world's z axis.
     """
+    if not distance_m > 0:
+        raise ValueError(f"distance_m={distance_m} is not in front of the camera; choose more than 0 m")
     rate = np.rad2deg(tangential_m_per_s / distance_m)
     return Moving(start=Pose(turn_about("y", start_deg)), axis="y", rate_deg_per_s=float(rate))

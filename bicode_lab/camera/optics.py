@@ -17,6 +17,7 @@ from bicode_lab.camera.motion import Floats, Pose
 
 IR88_TRANSMITTANCE = 0.8  # of the IR88 filter at 940 nm, and next to nothing of visible light (III-A)
 REFERENCE_LUX = 350.0  # the paper's office (IV-A)
+OFFICE_INFRARED_SHARE = 0.02  # what lamps of an office add at 940 nm, relative to the visible; assumption
 REFERENCE_F_NUMBER = 5.6  # the lens with red LEDs (III-B)
 
 
@@ -56,7 +57,7 @@ class Optics:
         if not (1 <= self.width <= 65536 and 1 <= self.height <= 65536):
             raise ValueError(f"width={self.width}, height={self.height}: choose 1 .. 65536 px each")
         for name in ("pitch_um", "focal_length_mm", "f_number", "blur_px", "halo_px"):
-            if getattr(self, name) <= 0:
+            if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)} is not possible; choose more than 0")
         if not 0 <= self.halo_fraction < 1:
             raise ValueError(f"halo_fraction={self.halo_fraction} is not in 0 .. 1")
@@ -116,24 +117,24 @@ class Light:
     plate_reflectance: float = 1.0
     led_to_ambient: float = 0.8
     infrared_led_to_ambient: float = 0.8
-    infrared_share: float = 0.02
+    infrared_share: float = OFFICE_INFRARED_SHARE
 
     def __post_init__(self) -> None:
         for name in ("illuminance_lux", "reflectance", "plate_reflectance"):
-            if getattr(self, name) <= 0:
+            if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)}: a log pixel needs some light; choose more than 0")
         for name in ("led_to_ambient", "infrared_led_to_ambient", "infrared_share"):
-            if getattr(self, name) < 0:
+            if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
 
 
 def ambient_signal(light: Light, optics: Optics) -> float:
     """Light and lens in, the signal of a surface of reflectance 1 out (times its reflectance elsewhere)."""
-    visible_and_infrared = 1 + light.infrared_share
-    seen = IR88_TRANSMITTANCE * light.infrared_share if optics.infrared_filter else visible_and_infrared
+    share = light.infrared_share
+    seen = IR88_TRANSMITTANCE * share if optics.infrared_filter else 1 + share
     opening = (REFERENCE_F_NUMBER / optics.f_number) ** 2
-    # 1 for the paper's office by definition, whose lamps' little infrared is in it.
-    return light.illuminance_lux / REFERENCE_LUX * seen / visible_and_infrared * opening
+    # 1 for the paper's office by definition, its lamps' little infrared included.
+    return light.illuminance_lux / REFERENCE_LUX * seen / (1 + OFFICE_INFRARED_SHARE) * opening
 
 
 def led_signal(luminance_ratio: float, band: str, light: Light, optics: Optics) -> float:

@@ -38,10 +38,11 @@ class Readout:
     buffer_events: int = 2_000_000
 
     def __post_init__(self) -> None:
-        if self.row_us < 0:
+        if not self.row_us >= 0:
             raise ValueError(f"row_us={self.row_us} is negative; choose 0 or more")
-        if self.peak_mev_per_s <= 0 or self.sustained_mev_per_s <= 0 or self.buffer_events < 1:
-            raise ValueError("peak_mev_per_s, sustained_mev_per_s and buffer_events must be above 0")
+        for name in ("peak_mev_per_s", "sustained_mev_per_s", "buffer_events"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}={getattr(self, name)} lets nothing through; choose more than 0")
 
 
 class ReadoutQueue:

@@ -74,15 +74,15 @@ class PixelModel:
 
     def __post_init__(self) -> None:
         for name in ("threshold_on", "threshold_off"):
-            if getattr(self, name) < SMALLEST_THRESHOLD:
+            if not getattr(self, name) >= SMALLEST_THRESHOLD:
                 raise ValueError(f"{name}={getattr(self, name)} is below {SMALLEST_THRESHOLD}; real ones are above 0.1")
-        if self.time_constant_us <= 0:
+        if not self.time_constant_us > 0:
             raise ValueError(f"time_constant_us={self.time_constant_us} is not possible; choose more than 0")
         for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us"):
-            if getattr(self, name) < 0:
+            if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
         for name in ("background_hz", "hot_pixels", "hot_pixel_hz"):
-            if getattr(self, name) < 0:
+            if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
         if not 0 <= self.background_off_share <= 1:
             raise ValueError(f"background_off_share={self.background_off_share} is not in 0 .. 1")

@@ -46,8 +46,9 @@ class Board:
     thickness_m: float = 0.005
 
     def __post_init__(self) -> None:
-        if self.size_m <= 0:
-            raise ValueError(f"size_m={self.size_m} is not a plate; choose more than 0 m")
+        for name in ("size_m", "thickness_m"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}={getattr(self, name)} is not a plate's; choose more than 0 m")
         if self.glow not in ("black", "white"):
             raise ValueError(f"glow={self.glow!r} is not known; choose 'black' or 'white'")
         count = len(aruco_dictionary(self.dictionary).bytesList)

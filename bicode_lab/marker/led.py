@@ -122,8 +122,8 @@ def luminance_ratio(current_ma: float, size_m: float) -> float:
     >>> [round(luminance_ratio(i, s), 2) for i, s in [(2.7, 0.025), (10.7, 0.05), (40.9, 0.1)]]
     [1.01, 1.0, 0.96]
     """
-    if current_ma < 0:
+    if not current_ma >= 0:
         raise ValueError(f"current_ma={current_ma} is negative; an LED takes 0 or more")
-    if size_m <= 0:
+    if not size_m > 0:
         raise ValueError(f"size_m={size_m} is not a plate; choose more than 0 m")
     return (current_ma / 10.7) * (0.05 / size_m) ** 2

@@ -132,6 +132,7 @@ def checksum(payload: int, packet_format: PacketFormat) -> int:
     >>> checksum(0x25, PacketFormat()), checksum(0x25, PacketFormat(checksum="crc3"))
     (3, 1)
     """
+    payload = int(payload)  # numpy's small integers would overflow below
     if packet_format.checksum == "sum":
         return payload.bit_count() % (1 << packet_format.checksum_bits)
     remainder = payload << 3
