@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+from matplotlib.colors import Colormap, LinearSegmentedColormap, ListedColormap
+from matplotlib.image import AxesImage
 from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 
@@ -40,8 +41,8 @@ def draw_frame(frame: npt.NDArray[Any], ax: Axes, *, zoom: Box | None = None) ->
     zoom : (x, y, w, h), optional
         The part to show [px]; None shows all.
     """
-    ax.imshow(frame, cmap=_THREE, vmin=-1, vmax=1, interpolation="antialiased", interpolation_stage="rgba")
-    return _finish(ax, frame, zoom)
+    _show(frame, ax, zoom, _THREE, -1.0, 1.0)
+    return ax
 
 
 def draw_counts(
@@ -62,12 +63,12 @@ def draw_counts(
         Whether to put a colour bar beside it.
     """
     top = largest if largest is not None else max(float(counts.max(initial=1)), 1.0)
-    image = ax.imshow(counts, cmap=_GRADED, vmin=0, vmax=top, interpolation="antialiased", interpolation_stage="rgba")
+    image = _show(counts, ax, zoom, _GRADED, 0.0, top)
     if bar:
         figure = ax.get_figure()
         assert figure is not None
         figure.colorbar(image, ax=ax, label="events per pixel (count)", shrink=0.85)
-    return _finish(ax, counts, zoom)
+    return ax
 
 
 def draw_inset(
@@ -166,11 +167,19 @@ def draw_pose(
     return ax
 
 
-def _finish(ax: Axes, frame: npt.NDArray[Any], zoom: Box | None) -> Axes:
-    """Axes named, no grid over the picture, and the part that is asked for."""
+def _show(
+    frame: npt.NDArray[Any], ax: Axes, zoom: Box | None, colors: Colormap, lowest: float, highest: float
+) -> AxesImage:
+    """The part of a frame that is asked for as a picture, axes named, no grid over it."""
     height, width = frame.shape
     x, y, w, h = (0, 0, width, height) if zoom is None else zoom
+    left, top = max(int(np.floor(x)), 0), max(int(np.floor(y)), 0)
+    part = frame[top : max(int(np.ceil(y + h)), top + 1), left : max(int(np.ceil(x + w)), left + 1)]
+    image = ax.imshow(
+        part, cmap=colors, vmin=lowest, vmax=highest, interpolation="antialiased", interpolation_stage="rgba",
+        extent=(left - 0.5, left + part.shape[1] - 0.5, top + part.shape[0] - 0.5, top - 0.5),
+    )  # fmt: skip
     ax.set(xlim=(x - 0.5, x + w - 0.5), ylim=(y + h - 0.5, y - 0.5), xlabel="x (px)", ylabel="y (px)")
     ax.set_facecolor(BACKGROUND)
     ax.grid(visible=False)
-    return ax
+    return image

@@ -49,6 +49,17 @@ def test_y_runs_down_and_a_zoom_shows_whole_pixels(ax, frame):
     draw_frame(frame, ax, zoom=(5, 6, 10, 8))
     assert ax.get_xlim() == (4.5, 14.5)
     assert ax.get_ylim() == (13.5, 5.5)
+    (image,) = ax.images
+    np.testing.assert_array_equal(image.get_array(), frame[6:14, 5:15])
+    assert tuple(image.get_extent()) == (4.5, 14.5, 13.5, 5.5)
+
+
+def test_a_zoom_may_reach_over_the_border(ax, frame):
+    draw_frame(frame, ax, zoom=(-4, 15, 10, 10))
+    assert ax.get_xlim() == (-4.5, 5.5)
+    (image,) = ax.images
+    np.testing.assert_array_equal(image.get_array(), frame[15:, :6])
+    assert tuple(image.get_extent()) == (-0.5, 5.5, 19.5, 14.5)
 
 
 def test_counts_are_graded_and_the_largest_may_be_fixed(ax):
@@ -70,7 +81,7 @@ def test_an_inset_shows_the_part_asked_for(ax, frame):
     draw_frame(frame, ax)
     inset = draw_inset(frame, ax, (2, 3, 6, 5))
     assert inset.get_xlim() == (1.5, 7.5)
-    np.testing.assert_array_equal(inset.images[0].get_array(), frame)
+    np.testing.assert_array_equal(inset.images[0].get_array(), frame[3:8, 2:8])
 
 
 def test_a_box_goes_round_its_pixels_with_its_label(ax):
