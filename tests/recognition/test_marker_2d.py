@@ -36,9 +36,10 @@ def test_a_plate_is_recognised(aruco_id: int, glow: str, rule: str) -> None:
     corners = np.array([[100, 60], [195, 60], [195, 155], [100, 155]]) + margin * np.array(
         [[1, 1], [-1, 1], [-1, -1], [1, -1]]
     )
-    assert np.abs(np.array(found.corners) - corners).max() <= 1.5  # ArUco's corners are whole pixels by default
+    error_px = np.sqrt(((np.array(found.corners) - corners) ** 2).sum(axis=1).mean())
+    assert error_px <= 2  # what the project calls right
     x, y, w, h = found.box(glow)
-    assert np.abs(np.array([x, y, w, h]) - (100, 60, 96, 96)).max() <= 4
+    assert np.abs(np.array([x, y, w, h]) - (100, 60, 96, 96)).max() <= 6  # half a cell
     assert found.tvec[2] == pytest.approx(0.05 * SETTINGS.focal_px / 96, rel=0.04)
 
 

@@ -43,7 +43,7 @@ def test_packets_across_the_border_are_given_once_each() -> None:
     wave = LedWaveform(payload=0x25, phase_us=1234)
     sightings = list(recognise(far(phase_us=1234), SMALL))
     rows = list(packet_rows(sightings))
-    starts = [start for start in wave.packet_starts(0, 10 * PERIOD_US - 14_000)]
+    starts = wave.packet_starts(0, 10 * PERIOD_US - 14_000)
     assert len(rows) == len(starts)
     assert all(row.checksum_ok and row.id == 0x25 and row.track == 1 for row in rows)
     late = np.array([row.t_us for row in rows]) - starts
