@@ -99,11 +99,6 @@ def test_the_infrared_filter():
     assert ambient_signal(light, filtered) == pytest.approx(0.8 * 0.02 / 1.02)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="ambient_signal divides by 1 + this scene's infrared_share, not by the office's 1.02: daylight's infrared "
-    "does not brighten the unfiltered sensor, and behind the filter it saturates at 0.8 however much there is",
-)
 @given(st.floats(0, 5), st.floats(1, 1e5))
 def test_infrared_light_adds_to_visible_light(share, lux):
     # By definition the share is what 940 nm adds relative to the visible. So with the visible part
