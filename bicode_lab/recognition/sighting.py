@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from bicode_lab.recognition.decode import Packet, Reason
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLUMNS = ("t_us", "track", "x", "y", "w", "h", "id", "reason", "n_packets", "marker_2d_id", "rvec", "tvec")
 
@@ -91,6 +92,8 @@ def to_table(sightings: Iterable[Sighting]) -> pd.DataFrame:
        t_us  track  id reason
     0     0      1  37   None
     """
+    import pandas as pd  # half a second that a decoder without tables need not wait for
+
     rows = list(sightings)
     table = pd.DataFrame([sighting.row() for sighting in rows], columns=list(COLUMNS))
     whole = ("t_us", "track", "x", "y", "w", "h", "n_packets")
