@@ -38,6 +38,10 @@ poses = st.builds(
 )
 
 
+# Near half a turn, which "facing" is, OpenCV's rotation vector is up to 2e-5 rad wrong: 0.01 px at 250 px.
+CLOSE_PX = 0.02
+
+
 def projected(points_m, pose):
     """OpenCV's projection by rotation vector and translation."""
     image = cv2.projectPoints(points_m, pose.rvec(), pose.position_m, OPTICS.matrix, None)[0]
@@ -51,13 +55,13 @@ def test_corners_and_box_are_opencvs_projection(pose, glow, size_m):
     half = size_m / 2
     inner = half * (1 if glow == "black" else 6 / 8)
     pattern = np.array([[-inner, inner, 0], [inner, inner, 0], [inner, -inner, 0], [-inner, -inner, 0]])
-    np.testing.assert_allclose(truth.corners_px, projected(pattern, pose), atol=1e-3)
+    np.testing.assert_allclose(truth.corners_px, projected(pattern, pose), atol=CLOSE_PX)
     block = np.array([[x, y, z] for x in (-half, half) for y in (-half, half) for z in (0, -0.005)])
     image = projected(block, pose)
     x, y, w, h = truth.box_px
-    np.testing.assert_allclose([x, y, x + w, y + h], [*image.min(0), *image.max(0)], atol=1e-3)
-    on_sensor = image.min() >= 0 and (image.max(0) <= [1279, 719]).all()
-    assert truth.in_view == on_sensor
+    np.testing.assert_allclose([x, y, x + w, y + h], [*image.min(0), *image.max(0)], atol=CLOSE_PX)
+    spare = min(image.min(), *([1279, 719] - image.max(0)))
+    assert truth.in_view == (spare >= 0) or abs(spare) < CLOSE_PX
 
 
 def test_opencvs_pose_from_the_true_corners_is_the_true_pose():
