@@ -12,6 +12,7 @@ import numpy as np
 
 from bicode_lab.events import EVENT_DTYPE, Events, check_events
 from bicode_lab.recording_checks import Check
+from bicode_lab.recording_file import whole_file
 from bicode_lab.recording_headers import RecordingError
 
 _PIECE_EVENTS = 1 << 18
@@ -31,23 +32,16 @@ def write_npz(path: str | os.PathLike[str], events: Events, width: int, height: 
     if path.suffix.lower() != ".npz":
         raise RecordingError(f"{path}: write_npz writes npz; give a name that ends in .npz")
     check_events(events, width, height)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with unfinished.open("wb") as file:
-            np.savez_compressed(
-                file,
-                x=events["x"],
-                y=events["y"],
-                p=events["p"].astype(np.uint8),
-                t=events["t"],
-                width=np.int64(width),
-                height=np.int64(height),
-            )
-        unfinished.replace(path)
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); check the folder") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with whole_file(path) as unfinished, unfinished.open("wb") as file:
+        np.savez_compressed(
+            file,
+            x=events["x"],
+            y=events["y"],
+            p=events["p"].astype(np.uint8),
+            t=events["t"],
+            width=np.int64(width),
+            height=np.int64(height),
+        )
 
 
 def read_npz_pieces(path: Path, check: Check) -> Iterator[Events]:

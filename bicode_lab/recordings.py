@@ -25,8 +25,9 @@ from bicode_lab.events import EVENT_DTYPE, Events, no_events
 from bicode_lab.recording_checks import Check
 from bicode_lab.recording_headers import Header, RecordingError, read_header
 from bicode_lab.recording_npz import read_npz_pieces, read_npz_size, write_npz
+from bicode_lab.recording_write import write_recording
 
-__all__ = ["Recording", "RecordingError", "open_recording", "write_npz"]
+__all__ = ["Recording", "RecordingError", "open_recording", "write_npz", "write_recording"]
 
 MAX_CHUNK_EVENTS = 1_000_000
 """No chunk holds more events than this."""

@@ -1,0 +1,150 @@
+"""EVT3 written so that the vendor's tools read every event back   chunks of events -> 16-bit words
+
+The upper 4 bits of a word say its kind:
+
+    8 TIME_HIGH  upper 12 of 24 bits of the time [us]     0 ADDR_Y   row
+    6 TIME_LOW   lower 12 bits                            2 ADDR_X   column and polarity: one event
+    3 VECT_BASE  column and polarity, then  4 VECT_12, 4 VECT_12, 5 VECT_8: one bit for each of 32 columns
+
+Found by trying against the vendor's reader: vectors only in whole groups of base, 12,
+12 and 8; every TIME_HIGH word in between, quiet or not (one each 4.096 ms, or gaps get
+lost when its 24 bits wrap after 16.78 s); and time words that begin at 0.
+
+A vector's columns rise, so events become one only where they follow each other with
+equal time, row and polarity and rising columns: any order of events is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from typing import BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from bicode_lab.events import Events, join
+
+MAX_SIDE_PX = 2048
+"""Rows and columns have 11 bits."""
+FIRST_TIME_US = 1 << 24
+"""A recording that begins later than one turn of the 24-bit clock is written from 0."""
+
+_HIGH, _LOW, _ROW = range(3)  # what was last written; -1: nothing yet
+_GROUP_PX = 32
+_GROUP_WORDS = 4
+_BUFFER_WORDS = 1 << 18
+
+Ints = npt.NDArray[np.int64]
+
+
+def evt3_header(width: int, height: int, shift_us: int = 0) -> bytes:
+    r"""Sensor size in, the header's lines out; the line `t0` only where time was taken off the events.
+
+    Examples
+    --------
+    >>> evt3_header(640, 480).splitlines()[2:4]
+    [b'% format EVT3;height=480;width=640', b'% geometry 640x480']
+    """
+    lines = [
+        "camera_integrator_name Prophesee",
+        "evt 3.0",
+        f"format EVT3;height={height};width={width}",
+        f"geometry {width}x{height}",
+        "integrator_name Prophesee",
+        "plugin_name hal_plugin_imx636_evk4",
+        "sensor_generation 4.2",
+        "serial_number 00000000",
+        "system_ID 49",
+        *([f"t0 {shift_us}"] if shift_us else []),
+        "end",
+    ]
+    return "".join(f"% {line}\n" for line in lines).encode()
+
+
+@njit(cache=True)
+def _run(x: Ints, y: Ints, p: Ints, t: Ints, first: int, end_px: int) -> int:
+    """How many events from `first` on fit into one vector group that ends before column `end_px`."""
+    i = first + 1
+    while i < x.size and x[i - 1] < x[i] < end_px and y[i] == y[first] and p[i] == p[first] and t[i] == t[first]:
+        i += 1
+    return i - first
+
+
+@njit(cache=True)
+def _encode(
+    events: Events, first: int, stop: int, width: int, state: Ints, words: npt.NDArray[np.uint16]
+) -> tuple[int, int]:
+    """Events from `first` to about `stop` in; how many words they made and the next event out."""
+    x, y, p, t = events["x"], events["y"], events["p"], events["t"]
+    n, i = 0, first
+    while i < stop and n + 2 + _GROUP_WORDS < words.size:
+        high, low = t[i] >> 12, t[i] & 0xFFF
+        if state[_HIGH] < high:
+            state[_HIGH] += 1
+            state[_LOW] = -1
+            words[n] = 0x8000 | (state[_HIGH] & 0xFFF)
+            n += 1
+            continue
+        if state[_LOW] != low:
+            state[_LOW] = low
+            words[n] = 0x6000 | low
+            n += 1
+        if state[_ROW] != y[i]:
+            state[_ROW] = y[i]
+            words[n] = y[i]
+            n += 1
+        base = np.int64(x[i])
+        if base > width - _GROUP_PX:
+            base = np.int64(max(width - _GROUP_PX, 0))  # a group lies inside the sensor
+        run = _run(x, y, p, t, i, base + _GROUP_PX)
+        polarity = np.int64(p[i]) << 11
+        if run > _GROUP_WORDS and width >= _GROUP_PX:
+            bits = np.int64(0)
+            for k in range(i, i + run):
+                bits |= np.int64(1) << (x[k] - base)
+            words[n] = 0x3000 | polarity | base
+            words[n + 1] = 0x4000 | (bits & 0xFFF)
+            words[n + 2] = 0x4000 | ((bits >> 12) & 0xFFF)
+            words[n + 3] = 0x5000 | (bits >> 24)
+            n += _GROUP_WORDS
+            i += run
+        else:
+            words[n] = 0x2000 | polarity | x[i]
+            n += 1
+            i += 1
+    return n, i
+
+
+def encode_evt3(chunks: Iterator[Events], width: int, shift_us: int = 0) -> Iterator[bytes]:
+    """Checked chunks in time order in, blocks of EVT3 words out, which do not depend on how the chunks were cut."""
+    state = np.full(3, -1, np.int64)
+    words = np.empty(_BUFFER_WORDS, np.uint16)
+    held: list[Events] = []
+    for chunk in chunks:
+        together = join([*held, chunk])
+        together["t"][together.size - chunk.size :] -= shift_us
+        done = yield from _encode_all(together, max(together.size - _GROUP_PX, 0), width, state, words)
+        held = [together[done:].copy()]
+    rest = join(held)
+    yield from _encode_all(rest, rest.size, width, state, words)
+    if state[_HIGH] < 0:
+        yield np.array([0x8000, 0x6000], "<u2").tobytes()  # a recording without events still has a clock
+
+
+def _encode_all(
+    events: Events, stop: int, width: int, state: Ints, words: npt.NDArray[np.uint16]
+) -> Generator[bytes, None, int]:
+    """One chunk in, its words out in blocks; returns the first event left for the next chunk."""
+    i = 0
+    while i < stop:
+        n, i = _encode(events, i, stop, width, state, words)
+        yield words[:n].astype("<u2").tobytes()
+    return i
+
+
+def write_evt3(file: BinaryIO, chunks: Iterator[Events], width: int, height: int, shift_us: int = 0) -> None:
+    """An open file and checked chunks in time order in; a header and EVT3 words in the file out."""
+    file.write(evt3_header(width, height, shift_us))
+    for block in encode_evt3(chunks, width, shift_us):
+        file.write(block)
