@@ -26,7 +26,7 @@ A packet fails with a reason; of several, the one of the step that was got furth
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -101,6 +101,7 @@ def decode_packets(
     *,
     conventions: Sequence[Convention] | None = None,
     gate: float = 0.2,
+    latency_us: float = 0.0,
 ) -> tuple[list[Packet], Reason | None]:
     """ON and OFF counts of one region in, its packets and the reason where there is none out.
 
@@ -117,6 +118,8 @@ def decode_packets(
         Those to try; None takes the format's.
     gate : float
         See `led_state.edge_gates`; 0 is the paper's plain rule.
+    latency_us : float
+        From a rise of the light to its ON events [us]; taken off the packets' times, and nothing else.
 
     Returns
     -------
@@ -147,6 +150,8 @@ def decode_packets(
         _read_packet(times, rises, int(i), lead.size, start_us, delta_t_id_us, f, conventions or (f.manchester,))
         for i in starts
     ]
+    late_us = round(latency_us)
+    packets = [replace(p, start_us=p.start_us - late_us, end_us=p.end_us - late_us) for p in packets]
     return packets, None if packets else "no_start"
 
 

@@ -152,7 +152,7 @@ class Receiver:
         conventions = (memory.convention,) if memory.convention else s.conventions
         packets, why = decode_packets(
             n_on, n_off, self.t0_us + first * s.delta_t_id_us, s.delta_t_id_us, s.packet_format,
-            conventions=conventions, gate=s.led_gate,
+            conventions=conventions, gate=s.led_gate, latency_us=s.latency_us,
         )  # fmt: skip
         period_us = self.t0_us + period * s.delta_t_whole_us
         new = [p for p in packets if p.edge_us > memory.read_until_us and p.reason != "cut"]

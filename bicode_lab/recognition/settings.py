@@ -48,6 +48,9 @@ class ReceiverSettings:
         What is counted for the LED's state: pixels of the 3-valued delta_t_ID frame (II-B), or single events.
     led_gate : float
         Share of a usual edge's count by which ON and OFF must differ to say anything, 0 .. 1; 0 is the paper's way.
+    latency_us : float
+        From a rise of the LED's light to its ON events, taken off the packets' times [us]. The paper gives none;
+        event sensors under office light need 0.1 .. 0.2 ms.
     denoise_2d : bool
         Take lone pixels out of the 2D marker's frame; False is the paper's way.
     detect_2d : bool
@@ -84,6 +87,7 @@ class ReceiverSettings:
     max_regions: int = 64
     led_count: Literal["pixels", "events"] = "pixels"
     led_gate: float = 0.2
+    latency_us: float = 150.0
     denoise_2d: bool = False
     detect_2d: bool = True
     dictionary: str = "DICT_4X4_50"
@@ -146,6 +150,10 @@ class ReceiverSettings:
         for name in ("min_blink_fraction", "led_gate", "min_iou"):
             if not 0 <= getattr(self, name) <= 1:
                 raise ValueError(f"{name}={getattr(self, name)} is not a share; choose 0 .. 1")
+        if not 0 <= self.latency_us <= self.delta_t_whole_us:
+            raise ValueError(
+                f"latency_us={self.latency_us} is not in 0 .. {self.delta_t_whole_us}; 0 takes nothing off"
+            )
         for name in ("pattern_size_m", "focal_px"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)} is not a length; choose more than 0")
