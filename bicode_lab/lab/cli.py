@@ -21,6 +21,7 @@ COMMANDS = {
     # name: (module of bicode_lab.lab, function in it, what it does)
     "simulate": ("command_simulate", "simulate", "Make the events of a blinking marker, and the truth beside them."),
     "decode": ("command_decode", "decode", "Read IDs and poses from a recording."),
+    "marker": ("command_marker", "marker", "Build a marker: sheets to cut, list of parts, transmitter."),
     "run": ("command_run", "run", "Run one notebook with other parameters."),
     "figures": ("command_run", "figures", "Run every notebook and write every figure."),
     "doctor": ("command_doctor", "doctor", "Check that everything needed is here and works."),

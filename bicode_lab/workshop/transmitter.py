@@ -1,0 +1,50 @@
+"""III-A, the microcontroller: ID and packet format -> a MicroPython file for the RP2040."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+
+from bicode_lab.marker import PacketFormat, encode_packet
+
+FILE = "bicode_tx.py"
+PIN_D0 = 26  # GPIO number of the XIAO RP2040's pin D0
+SLOWEST_HZ = 4.0  # the clock's divider ends at 65536: 3.05 Hz with a 200 MHz clock, 1.9 Hz with 125 MHz
+PINS = 30  # GPIO 0 .. 29
+
+
+def transmitter_text(payload: int, packet_format: PacketFormat, pin: int = PIN_D0) -> str:
+    """What is sent and where in, the text of `bicode_tx.py` with its settings filled in out.
+
+    Examples
+    --------
+    >>> text = transmitter_text(0x2A, PacketFormat(manchester="thomas"))
+    >>> [line.split("  #")[0] for line in text.splitlines() if line.startswith(("ID", "MANCHESTER"))]
+    ['ID = 42', 'MANCHESTER = "thomas"']
+    """
+    encode_packet(payload, packet_format)  # refuses a payload that does not fit
+    if not 0 <= pin < PINS:
+        raise ValueError(f"pin={pin} is not a GPIO of the RP2040; choose 0 .. {PINS - 1}, {PIN_D0} is D0 of the XIAO")
+    if packet_format.f_id_hz < SLOWEST_HZ:
+        raise ValueError(
+            f"f_id_hz={packet_format.f_id_hz:g} is slower than the RP2040's clock divider allows; "
+            f"choose {SLOWEST_HZ:g} .. 100000"
+        )
+    rate = packet_format.f_id_hz
+    settings = {
+        "ID": str(payload),
+        "PIN": str(pin),
+        "F_ID_HZ": str(int(rate)) if rate == int(rate) else repr(float(rate)),
+        "START_BITS": str(packet_format.start_bits),
+        "PAYLOAD_BITS": str(packet_format.payload_bits),
+        "CHECKSUM": f'"{packet_format.checksum}"',
+        "CHECKSUM_BITS": str(packet_format.checksum_bits),
+        "MANCHESTER": f'"{packet_format.manchester}"',
+        "BIT_ORDER": f'"{packet_format.bit_order}"',
+    }
+    text = files("bicode_lab.marker").joinpath(FILE).read_text(encoding="utf-8")
+    for name, value in settings.items():
+        text, found = re.subn(rf"(?m)^{name} = \S+", f"{name} = {value}", text)
+        if found != 1:
+            raise RuntimeError(f"{FILE} has {found} lines that set {name}")
+    return text
