@@ -15,6 +15,7 @@ polarity as +1 and -1 (II-A); `polarity_sign` is the one place where that is mad
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -59,7 +60,10 @@ def make_events(x: npt.ArrayLike, y: npt.ArrayLike, p: npt.ArrayLike, t_us: npt.
     if lengths[0] and not np.isin(columns[2], (0, 1)).all():
         worst = columns[2][~np.isin(columns[2], (0, 1))][0]
         raise ValueError(f"polarity {worst} is neither 0 nor 1; store OFF as 0 and ON as 1")
-    events = np.empty(lengths[0], EVENT_DTYPE)
+    for name, column in zip("xy", columns, strict=False):
+        if lengths[0] and not 0 <= column.min() <= column.max() <= 65535:
+            raise ValueError(f"{name} runs from {column.min()} to {column.max()}; pixels are numbered 0 .. 65535")
+    events = np.zeros(lengths[0], EVENT_DTYPE)
     for name, column in zip(("x", "y", "p", "t"), columns, strict=True):
         events[name] = column
     times = events["t"]
@@ -110,8 +114,8 @@ def slice_time(events: Events, start_us: int, end_us: int) -> Events:
     >>> slice_time(e, 10, 30)["t"]
     array([10, 20])
     """
-    first, last = np.searchsorted(events["t"], (start_us, end_us))
-    return events[first:last]
+    times = events["t"]  # bisect looks at a few of them; numpy's searchsorted would copy them all first
+    return events[bisect_left(times, start_us) : bisect_left(times, end_us)]
 
 
 def polarity_sign(events: Events) -> npt.NDArray[np.int8]:
@@ -152,7 +156,7 @@ def merge_streams(first: Iterable[Events], second: Iterable[Events]) -> Iterator
     held = [_next_chunk(source) for source in sources]
     while held[0].size and held[1].size:
         settled_us = min(chunk["t"][-1] for chunk in held)  # no later chunk starts before this
-        cuts = [int(np.searchsorted(chunk["t"], settled_us, side="right")) for chunk in held]
+        cuts = [bisect_right(chunk["t"], settled_us) for chunk in held]
         yield merge(held[0][: cuts[0]], held[1][: cuts[1]])
         for i, source in enumerate(sources):
             held[i] = held[i][cuts[i] :] if cuts[i] < held[i].size else _next_chunk(source)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numba as nb
 import numpy as np
 import numpy.typing as npt
-import skimage.color
 import skimage.data
 import skimage.util
 from scipy import ndimage

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -32,6 +33,8 @@ def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Gener
     ndarray of EVENT_DTYPE
         Sorted, and no longer than a background chunk and `CHUNK_US` of the scene.
     """
+    if scene.wall is not None:
+        raise ValueError("the scene has a wall, but the recording is its background; take wall=None")
     quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, hot_pixels=0))
     synthetic = iter(Recorder(quiet, LONGEST_S, rng))
     held = no_events()
@@ -45,7 +48,7 @@ def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Gener
         end_us = int(chunk["t"][-1])
         while True:
             settled_us = min(drawn_us, end_us + 1)
-            real, marker = (int(np.searchsorted(e["t"], settled_us)) for e in (chunk, held))
+            real, marker = (bisect_left(e["t"], settled_us) for e in (chunk, held))
             if real or marker:
                 yield merge(chunk[:real], held[:marker])
             chunk, held = chunk[real:], held[marker:]

@@ -12,6 +12,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 Floats = npt.NDArray[np.float64]
 
@@ -72,8 +73,8 @@ class Pose:
         return np.asarray(points_m @ self.rotation.T + self.position_m)
 
     def rvec(self) -> Floats:
-        """The rotation as OpenCV's axis times angle [rad], shape (3,)."""
-        return np.asarray(cv2.Rodrigues(self.rotation)[0], np.float64).ravel()
+        """The rotation as axis times angle, as OpenCV has it [rad], shape (3,)."""
+        return np.asarray(Rotation.from_matrix(self.rotation).as_rotvec(), np.float64)
 
 
 def turn_about(axis: str, angle_deg: float) -> Floats:

@@ -105,9 +105,19 @@ class Recorder:
         self._pixels = np.empty(ROOM, np.uint32)
         self._times = np.empty(ROOM)
         self._count = 0
+        self._is_used = False
 
     def __iter__(self) -> Iterator[Events]:
-        """Chunks of events, sorted, each of `CHUNK_US` of the scene; then what was still on its way."""
+        """Chunks of events, sorted, each of `CHUNK_US` of the scene; what is still on its way at the end is left out.
+
+        Raises
+        ------
+        ValueError
+            The second time: its pixels are no longer at rest.
+        """
+        if self._is_used:
+            raise ValueError("this Recorder has recorded already; make another one for another recording")
+        self._is_used = True
         for start in range(0, self.duration_us, CHUNK_US):
             end = min(start + CHUNK_US, self.duration_us)
             cuts = self._motion_steps(start, end)
@@ -261,7 +271,7 @@ class Recorder:
         early = self._count - late_times.size
         self._pixels[:early] = self._pixels[: self._count][~late]
         self._times[:early] = times[~late]
-        events = no_events() if early == 0 else np.empty(early, EVENT_DTYPE)
+        events = no_events() if early == 0 else np.zeros(early, EVENT_DTYPE)
         if early:
             sort_by_time(self._pixels, self._times, early, start, end - start, self.scene.optics.width, events)
         self._pixels[: late_times.size], self._times[: late_times.size] = late_pixels, late_times

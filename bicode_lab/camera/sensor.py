@@ -43,8 +43,7 @@ class PixelModel:
     time_constant_us : float
         Of the low-pass at signal 1, the office wall; it goes as 1 / signal (150, from a trial).
     noise : float
-        Standard deviation of the log level's noise (0.05, from a trial; with the threshold it also
-        gives the observed rate of background events).
+        Standard deviation of the log level's noise (0.05, from a trial), fresh at each change of the light.
     latency_on_us, latency_off_us : float
         Pure delay behind a crossing (20 and 30, fit to measured latencies of an IMX636).
     refractory_us : float

@@ -26,6 +26,8 @@ def manchester_encode(bits: npt.ArrayLike, convention: Convention = "ieee") -> n
     array([1, 0, 0, 1, 0, 1], dtype=uint8)
     """
     second = np.asarray(bits, np.uint8)
+    if second.size and second.max() > 1:
+        raise ValueError(f"bit {second.max()} is neither 0 nor 1")
     if convention == "thomas":
         second = 1 - second
     return np.stack([1 - second, second], axis=-1).ravel().astype(np.uint8)
