@@ -102,6 +102,13 @@ def test_every_id_blinks_as_the_waveform_says(packet_format: PacketFormat, inter
             np.testing.assert_array_equal(real_us[kept], wave_us)
 
 
+def test_the_edges_printed_for_the_oscilloscope_are_the_waveforms() -> None:
+    text = (BOARD.parents[2] / "docs" / "build.md").read_text(encoding="utf-8")
+    (line,) = [line for line in text.splitlines() if line.startswith("    3.0 3.5 ")]
+    times, _ = LedWaveform(payload=37).steps(0, 14_001)
+    np.testing.assert_array_equal(np.array(line.split(), float) * 1000, times[1:])
+
+
 def test_settings_go_into_the_file_and_nothing_else_changes() -> None:
     one = transmitter_text(37, PacketFormat()).splitlines()
     other = transmitter_text(38, PacketFormat(f_id_hz=250.5), pin=3).splitlines()
