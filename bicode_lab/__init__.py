@@ -12,7 +12,7 @@ paper's Fig. 2, in order::
     evaluation/ how often that is right                                          (IV)
 
 `events` and `recordings` hold what flows between them, `paper` what the paper states,
-`plots` draws, `lab` is what notebooks and the command line share.
+`workshop` turns a marker into parts, `plots` draws, `lab` is what notebooks and the command line share.
 """
 
 from __future__ import annotations

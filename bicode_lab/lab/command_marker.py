@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from bicode_lab.lab.command_simulate import Number
+from bicode_lab.lab.options import Number
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.workshop import Driver, draw_paper, draw_plate, leds, parts_list, to_pdf, to_svg, transmitter_text
 from bicode_lab.workshop.transmitter import FILE, PIN_D0

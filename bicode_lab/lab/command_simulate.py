@@ -14,21 +14,9 @@ from tqdm import tqdm
 
 from bicode_lab.camera import Light, Optics, Placed, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
 from bicode_lab.events import Events, join
+from bicode_lab.lab.options import Number
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import open_recording, write_npz
-
-
-class Number(click.ParamType[int]):
-    """A whole number, decimal or 0x.. or 0b.. ."""
-
-    name = "integer"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Text in, number out."""
-        try:
-            return int(str(value), 0)
-        except ValueError:
-            self.fail(f"{value!r} is not a whole number; write for example 37 or 0x25", param, ctx)
 
 
 @click.command()
