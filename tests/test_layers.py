@@ -21,9 +21,21 @@ KNOWS = {
     "workshop": {"paper", "marker"},
     "camera": {"events", "paper", "marker"},
     "recognition": {"events", "paper", "marker"},
-    "evaluation": {"events", "paper", "recordings", "marker", "camera", "recognition"},
+    "soft": {"events", "paper", "marker", "recognition"},
+    "evaluation": {"events", "paper", "recordings", "marker", "camera", "recognition", "soft"},
     "plots": {"events", "paper", "marker", "camera", "recognition", "evaluation"},
-    "lab": {"events", "paper", "recordings", "marker", "workshop", "camera", "recognition", "evaluation", "plots"},
+    "lab": {
+        "events",
+        "paper",
+        "recordings",
+        "marker",
+        "workshop",
+        "camera",
+        "recognition",
+        "soft",
+        "evaluation",
+        "plots",
+    },
 }
 TYPES_ONLY = {"camera", "recognition", "evaluation"}  # of these, plots may know the names of types
 ONLY_LAB = {"IPython", "ipywidgets", "papermill", "click", "nbformat", "nbclient", "jupyter_client"}
