@@ -17,6 +17,7 @@ from bicode_lab.events import Events
 from bicode_lab.marker import PacketFormat
 from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise
 from bicode_lab.recordings import Recording, open_recording
+from bicode_lab.soft import SoftSettings, UartLine, read_beacon, read_letters, recognise_soft
 
 Row = dict[str, Any]
 
@@ -25,6 +26,7 @@ SIGHTING_WIDTHS = {
     "n_packets": 9, "marker_2d_id": 12, "rvec": 26, "tvec": 26,
 }  # fmt: skip
 PACKET_WIDTHS = {"t_us": 12, "track": 5, "id": 5, "checksum_ok": 11}
+LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
 
 
 @click.command()
@@ -38,6 +40,15 @@ PACKET_WIDTHS = {"t_us": 12, "track": 5, "id": 5, "checksum_ok": 11}
     help="Of rows.",
 )
 @click.option("--packets", is_flag=True, help="One row a packet, those across a period's border too.")
+@click.option(
+    "--receiver",
+    type=click.Choice(["paper", "soft"]),
+    default="paper",
+    show_default=True,
+    help="The paper's rule, or evidence weighed and combined over a second of a track (no poses).",
+)
+@click.option("--line-code", type=click.Choice(["bicode", "uart"]), default="bicode", show_default=True)
+@click.option("--rate-hz", type=float, help="Baud of a UART light.")
 @click.option("--manchester", type=click.Choice(["ieee", "thomas", "auto"]), default="ieee", show_default=True)
 @click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
 @click.option("--payload-bits", type=int, default=8, show_default=True)
@@ -61,16 +72,45 @@ def decode(file: Path, form: str, packets: bool, width: int | None, height: int 
 
     rvec [rad] and tvec [m] are the pose of the 2D marker in camera axes: x right, y down,
     z forward.
+
+    With --line-code uart, FILE is one light that sends letters (start 0, 7 bits, even parity,
+    two stop bits; on is 1), such as a public beacon's .mat, and a row is a letter.
     """
+    if options.pop("line_code") == "uart":
+        _write(_letters(file, options["rate_hz"], width, height, form), LETTER_WIDTHS, form)
+        return
+    if file.suffix == ".mat":
+        raise ValueError(
+            f"{file} says nothing of x and y, so no marker can be found in it; read it with --line-code uart"
+        )
     recording = open_recording(file, width=width, height=height)
     settings = _settings(options, recording)
-    sightings = recognise(_watched(recording), settings)
+    if options["receiver"] == "soft":
+        sightings = recognise_soft(_watched(recording), SoftSettings(receiver=settings))
+    else:
+        sightings = recognise(_watched(recording), settings)
     if packets:
         rows: Iterable[Row] = (dataclasses.asdict(row) for row in packet_rows(sightings))
         widths = PACKET_WIDTHS
     else:
         rows, widths = (sighting.row() for sighting in sightings), SIGHTING_WIDTHS
     _write(rows, widths, form)
+
+
+def _letters(file: Path, rate_hz: float | None, width: int | None, height: int | None, form: str) -> list[Row]:
+    """A light's file and its baud in, one row a letter out; in a table and in CSV line feeds are escapes."""
+    if rate_hz is None:
+        raise ValueError("--line-code uart needs --rate-hz, the light's baud: for example --rate-hz 3125")
+    line = UartLine(rate_hz=rate_hz)
+    if file.suffix == ".mat":
+        events = read_beacon(file)
+    else:
+        events = open_recording(file, width=width, height=height).read()
+    rows = [dataclasses.asdict(letter) for letter in read_letters(events, line)]
+    if form != "jsonl":
+        for row in rows:
+            row["letter"] = row["letter"].encode("unicode_escape").decode()
+    return rows
 
 
 def _settings(options: dict[str, Any], recording: Recording) -> ReceiverSettings:

@@ -17,8 +17,10 @@ def read_beacon(path: Path) -> Events:
     Raises
     ------
     ValueError
-        Where the file is no MATLAB table, or holds something else.
+        Where there is no such file, it is no MATLAB table, or holds something else.
     """
+    if not path.is_file():
+        raise ValueError(f"{path}: there is no such file")
     try:
         table = loadmat(path, variable_names=["event", "event_t"])
         polarity, t_s = (np.asarray(table[name]).ravel() for name in ("event", "event_t"))
