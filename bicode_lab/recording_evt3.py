@@ -63,7 +63,7 @@ def evt3_header(width: int, height: int, shift_us: int = 0) -> bytes:
 
 
 @njit(cache=True)
-def _run(x: Ints, y: Ints, p: Ints, t: Ints, first: int, end_px: int) -> int:
+def _run(x: Ints, y: Ints, p: Ints, t: Ints, first: int, end_px: int | np.int64) -> int:
     """How many events from `first` on fit into one vector group that ends before column `end_px`."""
     i = first + 1
     while i < x.size and x[i - 1] < x[i] < end_px and y[i] == y[first] and p[i] == p[first] and t[i] == t[first]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from bicode_lab.recording_headers import RecordingError
+from bicode_lab.recording_formats import RecordingError
 
 
 @contextmanager

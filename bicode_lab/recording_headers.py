@@ -11,33 +11,22 @@ import os
 import re
 import struct
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
-from xml.etree import ElementTree
 
-EXTENSIONS = {
-    "EVT2": (".raw", ".evt"),
-    "EVT3": (".raw", ".evt"),
-    "DAT": (".dat",),
-    "AEDAT4": (".aedat4", ".aedat"),
-    "ES": (".es",),
-    "CSV": (".csv",),
-    "npz": (".npz",),
-}
+from bicode_lab.recording_aedat import read_aedat_header
+from bicode_lab.recording_formats import EXTENSIONS, READABLE, Header, RecordingError, refuse
+from bicode_lab.recording_hdf5 import read_hdf5_header
 
 _OTHER_FILES = {
     b"\x89PNG": "a PNG image",
     b"\xff\xd8\xff": "a JPEG image",
-    b"\x89HDF": "an HDF5 file",
     b"%PDF": "a PDF document",
     b"MATLAB": "a MATLAB file",
     b"\x1f\x8b": "a gzip archive",
     b"#!AER-DAT": "an AEDAT file older than version 4",
     b"\x93NUMPY": "a single numpy array",
 }
-
-_READABLE = "EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV or npz"
 
 # The sensors behind the vendor's names: 'sensor_generation 4.2', 'plugin_name hal_plugin_gen3_fx3'.
 _SENSOR_SIZES = (
@@ -47,30 +36,10 @@ _SENSOR_SIZES = (
 )
 
 
-class RecordingError(ValueError):
-    """A recording that cannot be read or written as asked; the message is one line that names the file."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Header:
-    """What a file says about itself, before its first event."""
-
-    format: str
-    """One of EVT2, EVT3, DAT, AEDAT4, ES, CSV, npz."""
-    size_px: tuple[int, int] | None = None
-    """Sensor width and height, where the file tells."""
-    size_from: str = "file"
-    """'file' where the size is written in the file, 'sensor' where it follows from the sensor it names."""
-    offset: int = 0
-    """Byte at which the events begin."""
-    columns: tuple[int, int, int, int] = (0, 1, 2, 3)
-    """CSV only: which columns hold x, y, p, t."""
-    atis: bool = False
-    """ES only: events of the type ATIS, which carry exposures among them."""
-
-
-def read_header(path: Path) -> Header:
+def read_header(path: Path, lenient: bool = False) -> Header:
     """A path in, what the file there says about itself out.
+
+    Leniently, a file may end anywhere after its format is known, and have any name.
 
     Raises
     ------
@@ -82,53 +51,45 @@ def read_header(path: Path) -> Header:
         raise RecordingError(f"{path}: no such file; check the path")
     if not path.is_file():
         what = "a directory" if path.is_dir() else "not a regular file"
-        raise RecordingError(f"{path}: {what}; give one event file ({_READABLE})")
+        raise RecordingError(f"{path}: {what}; give one event file ({READABLE})")
     try:
         with path.open("rb") as file:
-            header = _read_open_file(path, file)
+            header = _read_open_file(path, file, lenient)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror}); check its permissions") from None
     suffix = path.suffix.lower()
     known = {extension for extensions in EXTENSIONS.values() for extension in extensions}
     if suffix in known and suffix not in EXTENSIONS[header.format]:
         right = EXTENSIONS[header.format][0]
-        raise RecordingError(f"{path}: named {suffix} but holds {header.format}; rename it to end in {right}")
+        refuse(lenient, f"{path}: named {suffix} but holds {header.format}; rename it to end in {right}")
     return header
 
 
-def _read_open_file(path: Path, file: BinaryIO) -> Header:
+def _read_open_file(path: Path, file: BinaryIO, lenient: bool) -> Header:
     """The same for an open file, by its first bytes."""
     start = file.read(512)
     file.seek(0)
     if not start:
         raise RecordingError(f"{path}: empty (0 bytes); record or copy it again")
     if start.startswith(b"#!AER-DAT4.0\r\n"):
-        return _read_aedat_header(path, file)
+        return read_aedat_header(path, file, lenient)
     if start.startswith(b"Event Stream"):
-        return _read_es_header(path, start)
+        return _read_es_header(path, start, lenient)
     if start.startswith(b"PK\x03\x04") or (path.suffix.lower() == ".npz" and start.startswith(b"PK")):
         return _read_npz_header(path)
+    if start.startswith(b"\x89HDF\r\n\x1a\n"):
+        return read_hdf5_header(path)
     for magic, what in _OTHER_FILES.items():
         if start.startswith(magic):
-            raise RecordingError(f"{path}: not an event file but {what}; give {_READABLE}")
+            raise RecordingError(f"{path}: not an event file but {what}; give {READABLE}")
     if start.startswith(b"%"):
-        return _read_vendor_header(path, file)
-    return _read_csv_header(path, file)
+        return _read_vendor_header(path, file, lenient)
+    return _read_csv_header(path, file, lenient)
 
 
-def _read_vendor_header(path: Path, file: BinaryIO) -> Header:
+def _read_vendor_header(path: Path, file: BinaryIO, lenient: bool) -> Header:
     """The '%' lines of a RAW or DAT file."""
-    fields: dict[str, str] = {}
-    offset = 0
-    while (line := file.readline(4096)).startswith(b"%"):
-        try:
-            name, _, value = line[1:].decode("utf-8").strip().partition(" ")
-        except UnicodeDecodeError:
-            break  # event bytes that happen to begin with a '%'
-        if not line.endswith(b"\n"):
-            raise RecordingError(f"{path}: cut short in the header, at byte {offset + len(line)}; copy it again")
-        fields[name.lower()] = value.strip()
-        offset += len(line)
+    fields, offset = _vendor_fields(path, file, lenient)
     kind = fields.get("format", "").partition(";")[0] or ("EVT" + fields["evt"] if "evt" in fields else "")
     kind = kind.upper().removesuffix(".0")
     total = os.fstat(file.fileno()).st_size
@@ -144,13 +105,36 @@ def _read_vendor_header(path: Path, file: BinaryIO) -> Header:
         found = f"the header says {kind}" if kind else "the header names no event format"
         raise RecordingError(f"{path}: {found}; give EVT2, EVT3 or DAT version 2 (convert with the vendor's tools)")
     if total <= offset:
-        raise RecordingError(f"{path}: ends after its header, at byte {total}: no events; record or copy it again")
+        refuse(lenient, f"{path}: ends after its header, at byte {total}: no events; record or copy it again")
     word = {"EVT2": 4, "EVT3": 2, "DAT": 8}[kind]
     if rest := (total - offset) % word:
         at = total - rest
-        raise RecordingError(f"{path}: cut short at byte {at}: {rest} of the {word} bytes of a word; copy it again")
+        refuse(lenient, f"{path}: cut short at byte {at}: {rest} of the {word} bytes of a word; copy it again")
     size_px, size_from = _vendor_size(fields)
-    return Header(format=kind, size_px=size_px, size_from=size_from, offset=offset)
+    t0 = fields.get("t0", "0")
+    if not re.fullmatch(r"\d{1,18}", t0, re.ASCII):
+        refuse(lenient, f"{path}: the header's t0 is {t0[:20]!r}, not whole microseconds; correct it or leave it out")
+        t0 = "0"
+    return Header(format=kind, size_px=size_px, size_from=size_from, offset=offset, t0_us=int(t0))
+
+
+def _vendor_fields(path: Path, file: BinaryIO, lenient: bool) -> tuple[dict[str, str], int]:
+    """The '%' lines in, name -> value and the byte behind them out."""
+    fields: dict[str, str] = {}
+    offset = 0
+    while (line := file.readline(4096)).startswith(b"%"):
+        try:
+            name, _, value = line[1:].decode("utf-8").strip().partition(" ")
+        except UnicodeDecodeError:
+            break  # event bytes that happen to begin with a '%'
+        offset += len(line)
+        if not line.endswith(b"\n"):
+            refuse(lenient, f"{path}: cut short in the header, at byte {offset}; copy it again")
+            break
+        fields[name.lower()] = value.strip()
+        if name == "end":
+            break
+    return fields, offset
 
 
 def _vendor_size(fields: dict[str, str]) -> tuple[tuple[int, int] | None, str]:
@@ -169,73 +153,7 @@ def _vendor_size(fields: dict[str, str]) -> tuple[tuple[int, int] | None, str]:
     return None, "file"
 
 
-def _read_aedat_header(path: Path, file: BinaryIO) -> Header:
-    """AEDAT4: walk the packets' lengths, so that a cut file is noticed before it is decoded.
-
-    Head and description are read with care here, because damage there can end the whole
-    process when faery reads them.
-    """
-    total = os.fstat(file.fileno()).st_size
-    file.seek(14)
-    length = int.from_bytes(file.read(4), "little")
-    table = file.read(min(length, total))
-    offset = 18 + length
-    try:
-        end, description = _parse_aedat_head(table if len(table) == length else b"")
-        size_px = _aedat_size(description)
-    except (struct.error, UnicodeDecodeError, ElementTree.ParseError, ValueError):
-        raise RecordingError(
-            f"{path}: cut short or damaged in the header, before byte {offset}; copy it again"
-        ) from None
-    if size_px is None:
-        raise RecordingError(f"{path}: holds no track of events; give an AEDAT4 file recorded with events")
-    if end > total:
-        raise RecordingError(f"{path}: cut short at byte {total}: its packets end at byte {end}; copy it again")
-    if total <= offset or end == offset:
-        raise RecordingError(f"{path}: ends after its header, at byte {offset}: no events; record or copy it again")
-    end = total if end == -1 else end
-    at = offset
-    while at < end:
-        file.seek(at + 4)
-        length = int.from_bytes(file.read(4), "little")
-        if at + 8 + length > end:
-            raise RecordingError(f"{path}: cut short in the packet at byte {at} of {end}; copy it again")
-        at += 8 + length
-    return Header(format="AEDAT4", size_px=size_px, offset=offset)
-
-
-def _parse_aedat_head(table: bytes) -> tuple[int, str]:
-    """The flatbuffer 'IOHE' in; the byte at which its packets end (-1: with the file) and its XML out."""
-    if table[4:8] != b"IOHE":
-        raise ValueError("not an IOHeader")
-    (root,) = struct.unpack_from("<I", table, 0)
-    fields = root - struct.unpack_from("<i", table, root)[0]
-    if fields < 0:
-        raise ValueError("fields outside the header")
-    size, _, in_compression, in_end, in_description = struct.unpack_from("<5H", table, fields)
-    if size < 10 or not in_description:
-        raise ValueError("no description")
-    compression = struct.unpack_from("<i", table, root + in_compression)[0] if in_compression else 0
-    end = struct.unpack_from("<q", table, root + in_end)[0] if in_end else -1
-    if end < -1 or not 0 <= compression <= 4:
-        raise ValueError("no such compression or place")
-    at = root + in_description
-    at += struct.unpack_from("<I", table, at)[0]
-    (length,) = struct.unpack_from("<I", table, at)
-    (text,) = struct.unpack_from(f"<{length}s", table, at + 4)
-    return end, text.decode("utf-8")
-
-
-def _aedat_size(description: str) -> tuple[int, int] | None:
-    """The XML of an AEDAT4 file in, the sensor size of its first track of events out."""
-    for track in ElementTree.fromstring(description).iterfind("node[@name='outInfo']/node"):
-        if track.findtext("attr[@key='typeIdentifier']") == "EVTS":
-            width, height = (track.findtext(f"node[@name='info']/attr[@key='size{side}']") for side in "XY")
-            return int(width or ""), int(height or "")
-    return None
-
-
-def _read_es_header(path: Path, start: bytes) -> Header:
+def _read_es_header(path: Path, start: bytes, lenient: bool) -> Header:
     """Event Stream: 12 bytes of magic, 3 of version, 1 of type, 4 of size."""
     if len(start) < 20:
         raise RecordingError(f"{path}: cut short in the header, at byte {len(start)} of 20; copy it again")
@@ -243,7 +161,7 @@ def _read_es_header(path: Path, start: bytes) -> Header:
         found = f"version {start[12]}, type {start[15]}"
         raise RecordingError(f"{path}: Event Stream {found}; give version 2, type 1 (DVS) or 2 (ATIS)")
     if path.stat().st_size == 20:
-        raise RecordingError(f"{path}: ends after its header, at byte 20: no events; record or copy it again")
+        refuse(lenient, f"{path}: ends after its header, at byte 20: no events; record or copy it again")
     width, height = struct.unpack_from("<HH", start, 16)
     return Header(format="ES", size_px=(width, height), offset=20, atis=start[15] == 2)
 
@@ -261,12 +179,12 @@ def _read_npz_header(path: Path) -> Header:
     return Header(format="npz")
 
 
-def _read_csv_header(path: Path, file: BinaryIO) -> Header:
+def _read_csv_header(path: Path, file: BinaryIO, lenient: bool) -> Header:
     """CSV: the first line names the columns, and may give the size as faery does (x@1280,y@720)."""
     line = file.readline(4096)
     text = line.decode("utf-8", errors="replace").strip().lower()
     if "\ufffd" in text or not text.isprintable():
-        raise RecordingError(f"{path}: not an event file; give {_READABLE}")
+        raise RecordingError(f"{path}: not an event file; give {READABLE}")
     columns = {}
     size = {}
     for position, name in enumerate(text.split(",")):
@@ -277,10 +195,10 @@ def _read_csv_header(path: Path, file: BinaryIO) -> Header:
             size[short] = int(limit)
     if any(name not in columns for name in "xypt"):
         if path.suffix.lower() != ".csv":
-            raise RecordingError(f"{path}: not an event file; give {_READABLE}")
+            raise RecordingError(f"{path}: not an event file; give {READABLE}")
         raise RecordingError(f"{path}: line 1 is {text[:60]!r}; begin a CSV with its column names, such as t,x,y,p")
     if path.stat().st_size == len(line):
-        raise RecordingError(f"{path}: ends after its header, at byte {len(line)}: no events; write or copy it again")
+        refuse(lenient, f"{path}: ends after its header, at byte {len(line)}: no events; write or copy it again")
     x, y, p, t = (columns[name] for name in "xypt")
     size_px = (size["x"], size["y"]) if {"x", "y"} <= size.keys() else None
     return Header(format="CSV", size_px=size_px, offset=len(line), columns=(x, y, p, t))

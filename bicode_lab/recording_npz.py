@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from bicode_lab.events import EVENT_DTYPE, Events, check_events
-from bicode_lab.recording_checks import Check
+from bicode_lab.events import Events, check_events
+from bicode_lab.recording_decode import Decoder
 from bicode_lab.recording_file import whole_file
-from bicode_lab.recording_headers import RecordingError
+from bicode_lab.recording_formats import RecordingError
 
 _PIECE_EVENTS = 1 << 18
 
@@ -44,24 +44,19 @@ def write_npz(path: str | os.PathLike[str], events: Events, width: int, height: 
         )
 
 
-def read_npz_pieces(path: Path, check: Check) -> Iterator[Events]:
-    """A path in, its events in pieces out, after the arrays were judged as a whole.
+def read_npz_pieces(path: Path, decoder: Decoder) -> Iterator[Events]:
+    """A path in, its good events in pieces out, after the arrays were judged as a whole.
 
-    numpy loads an array whole, so the memory grows with the file: about 14 bytes an event.
+    numpy loads an array whole, so the memory grows with the file: about 30 bytes an event.
     """
     x, y, p, t = (_load_column(path, name) for name in "xypt")
     sizes = [column.size for column in (x, y, p, t)]
     if len(set(sizes)) > 1:
         raise RecordingError(f"{path}: arrays x, y, p, t have {sizes} entries; give one of each per event")
     parts = [slice(start, start + _PIECE_EVENTS) for start in range(0, t.size, _PIECE_EVENTS)]
-    for part in parts:
-        check.judge(x[part], y[part], p[part], t[part])
-    check.complain()
-    for part in parts:
-        events = np.empty(t[part].size, EVENT_DTYPE)
-        for name, column in (("x", x), ("y", y), ("p", p), ("t", t)):
-            events[name] = column[part]
-        yield events
+    good = [decoder.filter((x[part], y[part], p[part], t[part])) for part in parts]
+    decoder.complain()
+    yield from good
 
 
 def _load_member(path: Path, name: str) -> np.ndarray[Any, np.dtype[Any]]:

@@ -17,10 +17,11 @@ import numpy as np
 from bicode_lab.events import Events, check_events, join
 from bicode_lab.recording_evt3 import FIRST_TIME_US, MAX_SIDE_PX, write_evt3
 from bicode_lab.recording_file import whole_file
-from bicode_lab.recording_headers import RecordingError
+from bicode_lab.recording_formats import RecordingError
+from bicode_lab.recording_hdf5 import write_hdf5
 from bicode_lab.recording_npz import write_npz
 
-WRITABLE = (".npz", ".raw", ".aedat4", ".dat", ".csv")
+WRITABLE = (".npz", ".raw", ".aedat4", ".dat", ".csv", ".h5")
 """The endings `write_recording` knows."""
 
 _MAX_SIDES_PX = {".raw": MAX_SIDE_PX, ".dat": 1 << 14}
@@ -32,7 +33,7 @@ def write_recording(path: str | os.PathLike[str], events: Events | Iterable[Even
     Parameters
     ----------
     path : path-like
-        Ends in .raw (EVT3), .aedat4, .dat, .csv or .npz.
+        Ends in .raw (EVT3), .aedat4, .dat, .csv, .h5 (HDF5 in columns) or .npz.
     events : ndarray of EVENT_DTYPE, or an iterable of such
         All events, or chunks of them in the order of time.
     width, height : int
@@ -68,13 +69,15 @@ def write_recording(path: str | os.PathLike[str], events: Events | Iterable[Even
     first = next(chunks, None)
     chunks = chain([] if first is None else [first], chunks)
     start_us = 0 if first is None else int(first["t"][0])
-    if start_us < 0:
+    if start_us < 0 and suffix != ".h5":
         raise RecordingError(f"{path}: the first event is at {start_us} us; {suffix} holds no time before 0")
     shift_us = start_us if suffix in (".raw", ".dat") and start_us >= FIRST_TIME_US else 0
     with whole_file(path) as unfinished:
         if suffix == ".raw":
             with unfinished.open("wb") as file:
                 write_evt3(file, chunks, width, height, shift_us)
+        elif suffix == ".h5":
+            write_hdf5(unfinished, chunks, width, height)
         else:
             _write_with_faery(unfinished, suffix, chunks, (width, height), shift_us > 0)
     return shift_us

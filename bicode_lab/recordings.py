@@ -1,29 +1,33 @@
 """Recordings: event files in and out   a path -> chunks of events in the order of time
 
-`open_recording` reads EVT2 and EVT3 RAW, DAT, AEDAT4, ES and CSV through faery, and our
-own npz (arrays x, y, p, t, and perhaps width and height). The recording's own clock is
-kept. A file that breaks a rule raises `RecordingError`, one line with the place.
+`open_recording` reads EVT2 and EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 in columns, and our
+own npz (arrays x, y, p, t, and perhaps width and height); `write_recording` writes most
+of them. The recording's own clock is kept. A file that breaks a rule raises
+`RecordingError`, one line with the place; with ``lenient=True`` every good event comes,
+and `Recording.dropped` counts the others by cause.
 
-Two limits come with faery: an AEDAT4 file's backward times are held at the latest time
-without a word (its packets are compressed, and nobody else here can open them), and
-where a Gen4.1 sensor sends an EVT3 time word a few us ahead and then corrects it, faery
-holds the former (by 11 us at most, 0.7 % of the events of the recording that shows it).
+EVT2, EVT3, HDF5 and npz are read here, the others by faery. One limit comes with it: an
+AEDAT4 file's backward times are held at the latest time without a word, because its
+packets are compressed and nobody else here can open them.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import faery
 import numpy as np
 
-from bicode_lab.events import EVENT_DTYPE, Events, no_events
-from bicode_lab.recording_checks import Check
-from bicode_lab.recording_headers import Header, RecordingError, read_header
+from bicode_lab.events import EVENT_DTYPE, Events, join
+from bicode_lab.recording_decode import Decoder
+from bicode_lab.recording_formats import Header, RecordingError
+from bicode_lab.recording_hdf5 import read_hdf5_pieces
+from bicode_lab.recording_headers import read_header
+from bicode_lab.recording_judge import REST
 from bicode_lab.recording_npz import read_npz_pieces, read_npz_size, write_npz
 from bicode_lab.recording_write import write_recording
 
@@ -47,7 +51,7 @@ class Recording:
 
     path: Path
     format: str
-    """One of EVT2, EVT3, DAT, AEDAT4, ES, CSV, npz."""
+    """One of EVT2, EVT3, DAT, AEDAT4, ES, CSV, HDF5, npz."""
     width: int
     """Sensor width [px]."""
     height: int
@@ -57,6 +61,10 @@ class Recording:
     chunk_us: int
     """Longest time a chunk spans [us]."""
     header: Header
+    lenient: bool = False
+    """Whether good events of a damaged file are read, and the others dropped."""
+    dropped: dict[str, int] = field(default_factory=dict)
+    """What the last reading has dropped so far: cause -> count; empty for a good file."""
 
     def __iter__(self) -> Iterator[Events]:
         return self.chunks()
@@ -75,32 +83,50 @@ class Recording:
         Raises
         ------
         RecordingError
-            Where the file breaks a rule: what, how often, and where first.
+            Where the file breaks a rule, if it is not read leniently: what, how often, and
+            where first.
         """
-        check = Check(self.path, self.header, self.width, self.height)
-        pieces = read_npz_pieces(self.path, check) if self.format == "npz" else self._faery_pieces(check)
-        return cut_chunks(pieces, self.chunk_us)
+        return cut_chunks(self._counted_pieces(), self.chunk_us)
 
     def read(self) -> Events:
         """Nothing in, all events out in one array of EVENT_DTYPE, shape (n,)."""
-        return np.concatenate([no_events(), *self.chunks()])
+        return join(self.chunks())
 
-    def _faery_pieces(self, check: Check) -> Iterator[Events]:
+    def _counted_pieces(self) -> Iterator[Events]:
+        """The good events as they come, with `dropped` kept up to date."""
+        decoder = Decoder(self.path, self.header, self.width, self.height, self.lenient)
+        self.dropped = {}
+        for piece in self._pieces(decoder):
+            self.dropped = decoder.dropped
+            yield piece
+        self.dropped = decoder.dropped
+
+    def _pieces(self, decoder: Decoder) -> Iterator[Events]:
+        """The good events, from whoever reads this format."""
+        if self.format == "npz":
+            return read_npz_pieces(self.path, decoder)
+        if self.format == "HDF5":
+            return read_hdf5_pieces(self.path, decoder)
+        if self.format in ("EVT2", "EVT3") or (self.lenient and self.format != "AEDAT4"):
+            return decoder.pieces()
+        return self._faery_pieces(decoder)
+
+    def _faery_pieces(self, decoder: Decoder) -> Iterator[Events]:
         """Faery's packets as our events, each judged before it is passed on."""
         n_events = 0
-        for packet in self._faery_packets(check):
-            events = np.empty(packet.size, EVENT_DTYPE)
-            for ours, theirs in (("x", "x"), ("y", "y"), ("p", "on"), ("t", "t")):
-                events[ours] = packet[theirs]
-            n_events += events.size
+        for packet in self._faery_packets(decoder):
+            n_events += packet.size
             if self.format == "AEDAT4":  # compressed, so only what faery made of it can be judged
-                check.judge(*(events[name] for name in ("x", "y", "p", "t")))
-                check.complain()
+                events = decoder.filter(tuple(packet[name] for name in ("x", "y", "on", "t")))
+                decoder.complain()
             else:
-                check.advance(n_events)
+                events = np.empty(packet.size, EVENT_DTYPE)
+                for ours, theirs in (("x", "x"), ("y", "y"), ("p", "on"), ("t", "t")):
+                    events[ours] = packet[theirs]
+                decoder.advance(n_events)
             yield events
 
-    def _faery_packets(self, check: Check) -> Iterator[Any]:
+    def _faery_packets(self, decoder: Decoder) -> Iterator[Any]:
         """What faery reads, and what it cannot read in our words."""
         n_events = 0
         try:
@@ -111,26 +137,38 @@ class Recording:
             raise
         except BaseException as error:
             _let_pass(error)
-            check.advance()
+            if self.lenient:
+                decoder.note_end(REST, 1)
+                return
+            decoder.advance()
             raise _translated(self.path, error, n_events) from None
-        check.advance()
+        if not self.lenient:
+            decoder.advance()
 
 
 def open_recording(
-    path: str | os.PathLike[str], *, width: int | None = None, height: int | None = None, chunk_us: int = 100_000
+    path: str | os.PathLike[str],
+    *,
+    width: int | None = None,
+    height: int | None = None,
+    chunk_us: int = 100_000,
+    lenient: bool = False,
 ) -> Recording:
     """A path in, its recording out; the events are read when it is iterated.
 
     Parameters
     ----------
     path : path-like
-        An EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV or npz file. The content decides the format.
+        An EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 or npz file. The content decides the format.
     width, height : int, optional
         Sensor size [px], for files that do not tell theirs. Where the file tells it, they
         must agree. Where nobody does, 1280 x 720 (the paper's sensor) is assumed, and
         `Recording.size_from` says so.
     chunk_us : int
         Longest time a chunk spans [us].
+    lenient : bool
+        Read the good events of a damaged file and count the others in `Recording.dropped`.
+        Only a file of which nothing can be read is an error then.
 
     Returns
     -------
@@ -145,7 +183,7 @@ def open_recording(
     path = Path(path)
     if chunk_us < 1:
         raise ValueError(f"chunk_us={chunk_us} is no time; choose 1 us or more")
-    header = read_header(path)
+    header = read_header(path, lenient)
     size_px, size_from = header.size_px, header.size_from
     if header.format == "npz":
         size_px = read_npz_size(path)
@@ -158,6 +196,7 @@ def open_recording(
         size_from=size_from,
         chunk_us=chunk_us,
         header=header,
+        lenient=lenient,
     )
 
 
@@ -181,10 +220,10 @@ def cut_chunks(pieces: Iterable[Events], chunk_us: int, max_events: int = MAX_CH
             piece = piece[n:]
             if piece.size or n_held == max_events:
                 if n_held:
-                    yield np.concatenate(held)
+                    yield join(held)
                 held, n_held = [], 0
     if n_held:
-        yield np.concatenate(held)
+        yield join(held)
 
 
 def _settle_size(

@@ -8,14 +8,15 @@ import faery
 import numpy as np
 import pytest
 
-from bicode_lab.recordings import RecordingError, open_recording, write_npz
+from bicode_lab.recordings import RecordingError, open_recording, write_recording
 
 SIZE_PX = (640, 480)
 EVT3_HEAD = b"% evt 3.0\n% geometry 640x480\n% end\n"
 EVT2_HEAD = b"% evt 2.0\n% geometry 640x480\n% end\n"
 DAT_HEAD = b"% Data file containing CD events.\n% Version 2\n% Width 640\n% Height 480\n\x0c\x08"
 ES_HEAD = b"Event Stream\x02\x00\x00\x01\x80\x02\xe0\x01"
-GOOD_FILES = ["a.raw", "b.raw", "a.dat", "a.aedat4", "a.es", "a.csv", "a.npz"]
+GOOD_FILES = ["a.raw", "b.raw", "a.dat", "a.aedat4", "a.es", "a.csv", "a.h5", "a.npz"]
+LENIENTLY = "or read the good events with lenient=True (--lenient)"
 
 
 @pytest.fixture
@@ -24,10 +25,11 @@ def good_files(tmp_path, some_events):
     theirs = np.empty(some_events.size, faery.EVENTS_DTYPE)
     for name, ours in (("t", "t"), ("x", "x"), ("y", "y"), ("on", "p")):
         theirs[name] = some_events[ours]
-    for name in GOOD_FILES[:-1]:
+    for name in GOOD_FILES[:-2]:
         version = {"a.raw": "evt2", "b.raw": "evt3"}.get(name)
         faery.events_stream_from_array(theirs, SIZE_PX).to_file(str(tmp_path / name), version=version)
-    write_npz(tmp_path / "a.npz", some_events, *SIZE_PX)
+    for name in GOOD_FILES[-2:]:
+        write_recording(tmp_path / name, some_events, *SIZE_PX)
     return tmp_path
 
 
@@ -136,7 +138,7 @@ def test_cut_anywhere_is_an_error_or_a_prefix_never_nonsense(good_files, name, s
         if recording is None:
             assert "\n" not in rows
             continue
-        assert name != "a.npz"
+        assert name not in ("a.npz", "a.h5")
         assert name != "a.aedat4" or rows.size == some_events.size
         got = [row[:3] for row in rows.tolist()]
         sure = max(len(got) - (name == "a.csv"), 0)  # a CSV's last number may have lost digits
@@ -145,7 +147,7 @@ def test_cut_anywhere_is_an_error_or_a_prefix_never_nonsense(good_files, name, s
 
 def test_cut_inside_a_vector(tmp_path):
     assert complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x3008, 0x4003)).endswith(
-        "cut short at byte 43: inside a vector of events; copy it again"
+        f"cut short at byte 43: inside a vector of events; copy it again, {LENIENTLY}"
     )
 
 
@@ -168,9 +170,9 @@ def test_coordinates_outside_the_sensor(tmp_path):
     assert line.startswith("2 of 3 events have x outside the 640 px wide sensor; the first is number 1 at line 3 (x =")
 
 
-def test_a_row_outside_the_sensor_without_events_in_it(tmp_path):
-    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x01FF, 0x0005, 0x2001))
-    assert line.startswith("1 of 1 events have a row or vector base outside the 640x480 px sensor near them; the first")
+def test_a_row_outside_the_sensor_without_events_in_it_does_no_harm(tmp_path):
+    (tmp_path / "a.raw").write_bytes(evt3(0x8001, 0x01FF, 0x0005, 0x2001))
+    assert open_recording(tmp_path / "a.raw").read().tolist() == [(1, 5, 0, 4096)]
 
 
 def test_coordinates_outside_a_size_the_file_does_not_tell(good_files):
@@ -183,7 +185,9 @@ def test_coordinates_outside_a_size_the_file_does_not_tell(good_files):
 def test_time_running_backwards(tmp_path):
     line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x6010, 0x2001, 0x600F, 0x2001, 0x6005, 0x2001))
     place = f"the first is number 1 at byte {len(EVT3_HEAD) + 10} (1 us back)"
-    assert line == f"2 of 3 events have a time before the event ahead of it; {place}; sort the events by time"
+    assert (
+        line == f"2 of 3 events have a time before the event ahead of it; {place}; sort the events by time, {LENIENTLY}"
+    )
     line = complaint(tmp_path / "a.raw", evt3(0x8005, 0x0005, 0x2001, 0x8004, 0x2001))
     assert "1 of 2 events have a time before the event ahead of it" in line
     line = complaint(tmp_path / "a.raw", evt2(0x80000005, 0x00000000, 0x80000004, 0x00000000))
@@ -222,15 +226,56 @@ def test_the_clock_wraps_without_a_step_back(tmp_path):
 
 def test_events_without_a_time(tmp_path):
     line = complaint(tmp_path / "a.raw", evt3(0x0005, 0x2001, 0x8005, 0x2001))
-    assert line.startswith("1 of 2 events have no usable time word before them; the first is number 0 at byte 37")
-    assert "no usable time word" in complaint(tmp_path / "a.raw", evt2(0x00000000, 0x80000005, 0x00000000))
-    assert "no usable time word" in complaint(tmp_path / "a.raw", evt3(0x8FFF, 0x0005, 0x2001))
+    assert line.startswith("1 of 2 events have no time word before them; the first is number 0 at byte 37")
+    assert "no time word" in complaint(tmp_path / "a.raw", evt2(0x00000000, 0x80000005, 0x00000000))
+    (tmp_path / "a.raw").write_bytes(evt3(0x8FFF, 0x0005, 0x2001))
+    assert open_recording(tmp_path / "a.raw").read()["t"].tolist() == [0xFFF << 12], "the clock may begin anywhere"
+
+
+def test_events_without_a_place(tmp_path):
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x2001, 0x0005, 0x2001))
+    assert line.startswith("1 of 2 events have no row or column word before them; the first is number 0 at byte 37")
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x4003, 0x4000, 0x5000, 0x2001))
+    assert line.startswith("2 of 3 events have no row or column word before them; the first is number 0 at byte 39")
+
+
+def test_words_of_no_kind(tmp_path):
+    line = complaint(tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x2001, 0x9123, 0xB000))
+    assert line.startswith(
+        "2 words have no known kind; the first is at byte 41 (0x9123, after 1 events); copy it again"
+    )
+    assert "1 words have no known kind" in complaint(tmp_path / "a.raw", evt2(0x80000005, 0x00000000, 0x50000000))
+
+
+def test_a_tail_or_a_hole_of_zeros(tmp_path, some_events):
+    for name, word in (("a.raw", 2), ("a.dat", 8)):
+        write_recording(tmp_path / name, some_events, *SIZE_PX)
+        whole = (tmp_path / name).read_bytes()
+        line = complaint(tmp_path / name, whole + bytes(4096))
+        place = f"the first is at byte {len(whole):,} (0x0, after 1,000 events)"
+        assert line.startswith(f"{4096 // word:,} words are blank (all zero); {place}; copy it again")
+    head = (0x80000005, 0x00400000)
+    assert "2 words are blank" in complaint(tmp_path / "a.raw", evt2(*head, 0, 0))
+    assert "3 words are blank" in complaint(tmp_path / "a.raw", evt2(*head, 0, 0, 0, 0x80000006, 0x00000000))
+    assert "4 words are blank" in complaint(
+        tmp_path / "a.raw", evt3(0x8001, 0x0005, 0x2001, 0, 0, 0, 0, 0x6001, 0x2001)
+    )
+    assert "2 words are blank" in complaint(tmp_path / "a.es", ES_HEAD + bytes([2, 1, 0, 1, 0]) + bytes(10))
+
+
+def test_a_clock_of_the_header_that_is_no_number(tmp_path):
+    content = evt3(0x8001, 0x0005, 0x2001).replace(b"% end", b"% t0 -3")
+    line = complaint(tmp_path / "a.raw", content)
+    assert line == "the header's t0 is '-3', not whole microseconds; correct it or leave it out"
+    assert open_recording(tmp_path / "a.raw", lenient=True).read()["t"].tolist() == [4096]
+    (tmp_path / "a.raw").write_bytes(content.replace(b"-3", b"7000000"))
+    assert open_recording(tmp_path / "a.raw").read()["t"].tolist() == [7_004_096]
 
 
 def test_polarity_neither_0_nor_1(tmp_path):
     rule = "1 of 2 events have a polarity that is neither 0 nor 1; the first is number 1"
     np.savez(tmp_path / "a.npz", x=[0, 0], y=[0, 0], p=[1, -1], t=[1, 2])
-    assert complaint(tmp_path / "a.npz") == f"{rule} (p = -1); store OFF as 0 and ON as 1"
+    assert complaint(tmp_path / "a.npz") == f"{rule} (p = -1); store OFF as 0 and ON as 1, {LENIENTLY}"
     assert complaint(tmp_path / "a.dat", dat((1, 1, 1, 1), (1, 1, 2, 2))).startswith(rule)
     assert complaint(tmp_path / "a.csv", b"t,x,y,p\n1,1,1,1\n2,1,1,-1\n").startswith(rule)
 

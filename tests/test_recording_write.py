@@ -15,7 +15,7 @@ from bicode_lab.recordings import RecordingError, open_recording, write_recordin
 
 SIZE_PX = (1280, 720)
 SECOND_US = 1_000_000
-SUFFIXES = (".raw", ".aedat4", ".dat", ".csv", ".npz")
+SUFFIXES = (".raw", ".aedat4", ".dat", ".csv", ".h5", ".npz")
 
 
 def read_with_faery(path):
