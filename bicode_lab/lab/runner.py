@@ -16,10 +16,13 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bicode_lab.lab.notebook import repository_root
 from bicode_lab.lab.parameters import check_parameters, parameters_of
+
+if TYPE_CHECKING:
+    from nbclient.output_widget import OutputWidget
 
 KERNEL_NAME = "bicode-lab-runner"
 TIMEOUT_S = 1800
@@ -175,9 +178,13 @@ def _execute(path: Path, output: Path, values: dict[str, Any]) -> None:
     """Run the cells; on failure write the log and raise `NotebookError`."""
     import papermill
     from nbclient.exceptions import CellTimeoutError, DeadKernelError
+    from nbclient.output_widget import OutputWidget
     from papermill.exceptions import PapermillExecutionError
 
     logging.getLogger("papermill").setLevel(logging.ERROR)  # unknown parameters are errors already
+    # An output widget answers on the socket that its cell's reply comes by; now and then nbclient then misses the
+    # reply and waits for it until the time is up. Nobody moves a slider here, so it need not answer.
+    OutputWidget.sync_state = _say_nothing  # type: ignore[method-assign]
     log = output.with_suffix(".log")
     log.unlink(missing_ok=True)
     try:
@@ -200,6 +207,10 @@ def _execute(path: Path, output: Path, values: dict[str, Any]) -> None:
         raise _failure(path, "a cell", f"took longer than {TIMEOUT_S} s", log, str(error)) from None
     except DeadKernelError as error:
         raise _failure(path, "a cell", "the kernel died (out of memory?)", log, str(error)) from None
+
+
+def _say_nothing(widget: OutputWidget) -> None:
+    """In place of an output widget's answer to the kernel."""
 
 
 def _failure(path: Path, where: str, reason: str, log: Path, text: str) -> NotebookError:
