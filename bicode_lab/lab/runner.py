@@ -184,7 +184,7 @@ def _execute(path: Path, output: Path, values: dict[str, Any]) -> None:
     logging.getLogger("papermill").setLevel(logging.ERROR)  # unknown parameters are errors already
     # An output widget answers on the socket that its cell's reply comes by; now and then nbclient then misses the
     # reply and waits for it until the time is up. Nobody moves a slider here, so it need not answer.
-    OutputWidget.sync_state = _say_nothing  # type: ignore[method-assign]
+    OutputWidget.sync_state = _say_nothing  # type: ignore[method-assign, assignment]
     log = output.with_suffix(".log")
     log.unlink(missing_ok=True)
     try:
