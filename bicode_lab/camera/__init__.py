@@ -1,6 +1,7 @@
 """The channel and the sensor: light path -> pixels -> readout, a synthetic event camera."""
 
 from bicode_lab.camera.background import Wall, textured_wall
+from bicode_lab.camera.lamp import Flicker, Lamp
 from bicode_lab.camera.merge import stream_over
 from bicode_lab.camera.motion import Moving, Pose, Still, pan, spin
 from bicode_lab.camera.optics import Light, Optics
@@ -10,6 +11,8 @@ from bicode_lab.camera.sensor import PixelModel
 from bicode_lab.camera.truth import MarkerTruth, packet_starts_us, truth_at, truth_table
 
 __all__ = [
+    "Flicker",
+    "Lamp",
     "Light",
     "MarkerTruth",
     "Moving",

@@ -15,10 +15,11 @@ import numpy.typing as npt
 
 from bicode_lab.camera.background import Wall
 from bicode_lab.camera.glow import Box, Image, Template, make_template, plate_box, read_template, serves
+from bicode_lab.camera.lamp import LampImage, Waveform
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import ambient_signal, led_signal
 from bicode_lab.camera.sensor import F4, F8, I4, I8, NOISE_REACH, PixelModel, PixelState
-from bicode_lab.marker import LedWaveform, Marker
+from bicode_lab.marker import Marker
 
 if TYPE_CHECKING:
     from bicode_lab.camera.record import Scene
@@ -79,7 +80,7 @@ class Patch:
         Log signal at the least and at the most, over maps and LED levels.
     last : ndarray, shape (n,)
         Log signal at the end of the span, LEDs off.
-    waveforms : tuple of LedWaveform
+    waveforms : tuple of Waveform
     """
 
     index: I4
@@ -88,11 +89,11 @@ class Patch:
     lowest: F4
     highest: F4
     last: F4
-    waveforms: tuple[LedWaveform, ...]
+    waveforms: tuple[Waveform, ...]
 
     @classmethod
     def draw(
-        cls, box: Box, plates: list[PlateImage], poses: list[list[Pose]], log_ambient: float,
+        cls, box: Box, plates: list[PlateImage | LampImage], poses: list[list[Pose]], log_ambient: float,
         wall: Wall | None, views: list[Floats],
     ) -> Patch:  # fmt: skip
         """A box, the plates in it with their pose at every step, and the wall's view at every step in; a patch out."""
@@ -150,7 +151,7 @@ class Patch:
         return edges, moments, levels.astype(np.float32), maps.astype(np.int32)
 
 
-def _last_edge(wave: LedWaveform, t_us: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _last_edge(wave: Waveform, t_us: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Moments in, when the LED last changed before each out [us]; every packet holds an edge, so look one back."""
     times, _ = wave.steps(float(t_us[0]) - wave.packet_us, float(t_us[-1]))
     return times[np.searchsorted(times, t_us, side="right") - 1]

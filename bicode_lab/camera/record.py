@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from bicode_lab.camera.background import Wall, fire_background
 from bicode_lab.camera.glow import Box
+from bicode_lab.camera.lamp import Lamp, LampImage
 from bicode_lab.camera.motion import Path, Pose, Still
 from bicode_lab.camera.optics import Light, Optics, ambient_signal
 from bicode_lab.camera.patch import Patch, PlateImage
@@ -46,7 +47,10 @@ class Scene:
     wall : Wall or None
         A texture behind the markers; None is an even grey that makes no events.
     edge_glow : float
-        Luminance of a plate's side faces over its face's (1, assumption).
+        Luminance of a plate's side faces over its face's: 1 for bare edges, less under the
+        reflection tape of III-A (0.3, assumption).
+    lamps : tuple of Lamp
+        Lights that are no markers; they are none of the truth.
     """
 
     markers: tuple[Placed, ...] = (Placed(),)
@@ -56,20 +60,26 @@ class Scene:
     pixel_model: PixelModel = field(default_factory=PixelModel)
     readout: Readout = field(default_factory=Readout)
     wall: Wall | None = None
-    edge_glow: float = 1.0
+    edge_glow: float = 0.3
+    lamps: tuple[Lamp, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.edge_glow >= 0:
             raise ValueError(f"edge_glow={self.edge_glow} is negative; choose 0 or more")
 
     @property
+    def _paths(self) -> tuple[Path, ...]:
+        """Where all that lights is: markers, then lamps."""
+        return tuple(thing.path for thing in self.markers) + tuple(lamp.path for lamp in self.lamps)
+
+    @property
     def is_still(self) -> bool:
-        """True where neither the camera nor a marker moves."""
-        return self.camera.is_still and all(placed.path.is_still for placed in self.markers)
+        """True where neither the camera nor a marker or lamp moves."""
+        return self.camera.is_still and all(path.is_still for path in self._paths)
 
     def marker_pose(self, number: int, t_s: float) -> Pose:
-        """A marker's number and a time in; its pose in camera axes out."""
-        return self.markers[number].path.pose_at(t_s).after(self.camera.pose_at(t_s).inverse())
+        """A marker's number (lamps are counted on from the last marker) and a time in; its pose in camera axes out."""
+        return self._paths[number].pose_at(t_s).after(self.camera.pose_at(t_s).inverse())
 
 
 class Recorder:
@@ -97,7 +107,8 @@ class Recorder:
         self.queue = ReadoutQueue(scene.readout)
         self._rng = rng
         self._seed = np.uint64(rng.integers(2**63))
-        self._plates = [PlateImage(placed.marker, scene) for placed in scene.markers]
+        self._plates: list[PlateImage | LampImage] = [PlateImage(placed.marker, scene) for placed in scene.markers]
+        self._plates += [LampImage(lamp, scene) for lamp in scene.lamps]
         self._state = self._settled_pixels()
         self._hot = self._pick_hot_pixels()
         self._boxes: list[Box] = []
@@ -164,12 +175,11 @@ class Recorder:
         return np.asarray(cuts)
 
     def _landmarks(self, t_s: float) -> npt.NDArray[np.float64]:
-        """Image points whose way is the fastest: the plates' corners and, before a wall, the image's own."""
+        """Image points whose way is the fastest: corners of plates and lamps and, before a wall, the image's own."""
         optics = self.scene.optics
-        points = [
-            optics.project(self.scene.marker_pose(i, t_s).apply(placed.marker.board.plate_corners_m()))
-            for i, placed in enumerate(self.scene.markers)
-        ]
+        corners = [placed.marker.board.plate_corners_m() for placed in self.scene.markers]
+        corners += [lamp.corners_m() for lamp in self.scene.lamps]
+        points = [optics.project(self.scene.marker_pose(i, t_s).apply(c)) for i, c in enumerate(corners)]
         if self.scene.wall is not None and not self.scene.camera.is_still:
             view = self._wall_view(t_s)
             u = np.array([[x, y, 1.0] for x in (0, optics.width - 1) for y in (0, optics.height - 1)]) @ view.T

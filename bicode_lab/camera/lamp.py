@@ -1,0 +1,169 @@
+"""Lamps that are no markers: mains ripple and dimmers, for those who ask what a receiver takes for a marker.
+
+A lamp is an even rectangle that faces the camera. Its image has a closed form, because
+the blur of the lens is a Gaussian; what stands behind it shines through.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import ndtr
+
+from bicode_lab.camera.glow import Box, Image, reach_px
+from bicode_lab.camera.motion import Floats, Path, Pose, Still
+from bicode_lab.camera.optics import ambient_signal
+
+if TYPE_CHECKING:
+    from bicode_lab.camera.record import Scene
+
+SINE_STEPS = 40  # a smooth ripple is drawn as this many levels a cycle: 250 us at 100 Hz
+
+
+class Waveform(Protocol):
+    """Light in time, as a patch of pixels wants it; `LedWaveform` and `Flicker` are such."""
+
+    @property
+    def packet_us(self) -> float:
+        """A time that holds a change of the light, wherever it begins [us]."""
+
+    def steps(self, start_us: float, end_us: float) -> tuple[Floats, Floats]:
+        """See `LedWaveform.steps`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flicker:
+    """A lamp's light in time, the same in every cycle.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Cycles of light a second: 100 and 120 on the mains of 50 and 60 Hz, 1000 and more behind a dimmer.
+    shape : {"sine", "square"}
+        Ripple, or pulses.
+    depth : float
+        What is missing where it is darkest, 0 .. 1.
+    duty : float
+        Share of a square cycle that is bright.
+    phase_us : float
+        When a cycle begins: a sine in the dark, a square with its bright part [us].
+
+    Examples
+    --------
+    >>> Flicker(rate_hz=1000, shape="square", depth=0.75, duty=0.25).steps(0, 1500)
+    (array([   0.,  250., 1000., 1250.]), array([1.  , 0.25, 1.  , 0.25]))
+    """
+
+    rate_hz: float = 100.0
+    shape: Literal["sine", "square"] = "sine"
+    depth: float = 0.5
+    duty: float = 0.5
+    phase_us: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.rate_hz <= 100_000:
+            raise ValueError(f"rate_hz={self.rate_hz} is not in 0 .. 100000 Hz")
+        if self.shape not in ("sine", "square"):
+            raise ValueError(f"shape={self.shape!r} is not known; choose 'sine' or 'square'")
+        if not (0 <= self.depth <= 1 and 0 < self.duty < 1):
+            raise ValueError(f"depth={self.depth}, duty={self.duty}: choose a depth of 0 .. 1 and a duty inside 0 .. 1")
+
+    @property
+    def packet_us(self) -> float:
+        """Length of a cycle [us]."""
+        return 1e6 / self.rate_hz
+
+    def steps(self, start_us: float, end_us: float) -> tuple[Floats, Floats]:
+        """A span of time in; when the light changes, `start_us` first [us], and its level from then on out."""
+        if self.shape == "sine":
+            shares = np.arange(SINE_STEPS) / SINE_STEPS
+            cycle = 1 - self.depth * (0.5 + 0.5 * np.cos(2 * np.pi * (shares + 0.5 / SINE_STEPS)))
+        else:
+            shares, cycle = np.array([0.0, self.duty]), np.array([1.0, 1.0 - self.depth])
+        first = np.floor((start_us - self.phase_us) / self.packet_us) - 1
+        count = int(np.ceil((end_us - start_us) / self.packet_us)) + 3
+        times = self.phase_us + ((first + np.arange(count))[:, None] + shares).ravel() * self.packet_us
+        levels = np.tile(cycle, count)
+        before = int(np.searchsorted(times, start_us, side="right"))
+        inside = slice(before, np.searchsorted(times, end_us, side="left"))
+        return np.append(float(start_us), times[inside]), np.append(levels[before - 1], levels[inside])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lamp:
+    """A flickering rectangle on its path through the world.
+
+    Parameters
+    ----------
+    flicker : Flicker
+    path : Path
+        Where it is; it faces the camera, however it is turned.
+    width_m, height_m : float
+    brightness : float
+        Its signal at the brightest over that of the office's wall.
+    """
+
+    flicker: Flicker = field(default_factory=Flicker)
+    path: Path = field(default_factory=lambda: Still(Pose.facing(5.0)))
+    width_m: float = 0.05
+    height_m: float = 0.05
+    brightness: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name in ("width_m", "height_m", "brightness"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}={getattr(self, name)} is no lamp; choose more than 0")
+
+    def corners_m(self) -> Floats:
+        """Top left and bottom right in its own axes, shape (2, 3) [m]."""
+        half = np.array([self.width_m / 2, self.height_m / 2, 0.0])
+        return np.array([-half, half])
+
+
+class LampImage:
+    """One lamp as the camera sees it, with the methods of `PlateImage`."""
+
+    def __init__(self, lamp: Lamp, scene: Scene) -> None:
+        self.lamp = lamp
+        self.waveform = lamp.flicker
+        self._optics = scene.optics
+        self.dark_signal = ambient_signal(scene.light, scene.optics)
+        self.full_signal = lamp.brightness * (5.6 / scene.optics.f_number) ** 2
+        self.sensor_width = scene.optics.width
+
+    def _sides(self, pose: Pose) -> npt.NDArray[np.float64]:
+        """Left and top, right and bottom of its image, shape (2, 2) [px]; nan behind the camera."""
+        return self._optics.project(self.lamp.corners_m() + pose.position_m)
+
+    def reach(self, poses: list[Pose]) -> Box:
+        """Poses in, the pixels that its light reaches in any of them out."""
+        sides = np.concatenate([self._sides(pose) for pose in poses])
+        if np.isnan(sides).any():
+            return Box(0, 0, 0, 0)
+        far = 1 << 20
+        low = np.clip(np.floor(sides.min(0) - reach_px(self._optics)), -far, far).astype(int)
+        high = np.clip(np.ceil(sides.max(0) + reach_px(self._optics)) + 1, -far, far).astype(int)
+        return Box(int(low[0]), int(low[1]), int(high[0]), int(high[1])).clipped(
+            self._optics.width, self._optics.height
+        )
+
+    def image(self, pose: Pose, box: Box) -> tuple[Image, Image]:
+        """A pose and a box in; share of its brightness on each pixel, and a cover of nothing, shape (rows, columns)."""
+        share = self._optics.halo_fraction
+        glow = (1 - share) * self._blurred(pose, box, np.sqrt(self._optics.blur_px**2 + 1 / 12))
+        glow += share * self._blurred(pose, box, self._optics.halo_px)
+        return glow.astype(np.float32), np.zeros(glow.shape, np.float32)
+
+    def _blurred(self, pose: Pose, box: Box, sigma_px: float) -> Floats:
+        """The rectangle through a Gaussian blur, shape (rows, columns); nothing where it is behind the camera."""
+        low, high = np.nan_to_num(self._sides(pose))
+        x, y = np.arange(box.x0, box.x1), np.arange(box.y0, box.y1)
+        across = ndtr((x - low[0]) / sigma_px) - ndtr((x - high[0]) / sigma_px)
+        down = ndtr((y - low[1]) / sigma_px) - ndtr((y - high[1]) / sigma_px)
+        return np.asarray(np.outer(down, across))
+
+    def cover(self, signal: npt.NDArray[np.float32], pose: Pose) -> None:
+        """Nothing: it hides nothing."""
