@@ -11,17 +11,19 @@ names the LED's state (II-B), and a letter is framed as any serial port would do
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from numba import njit
 
 from bicode_lab.evaluation.accuracy import accuracy
-from bicode_lab.events import Events
-from bicode_lab.recognition import count_on_off, edge_gates, led_state
+from bicode_lab.events import Events, slice_time
+from bicode_lab.recognition import edge_gates, led_state
 
 SONNET_18 = """\
 Shall I compare thee to a summer's day?
@@ -40,9 +42,22 @@ So long as men can breathe or eyes can see,
 So long lives this and this gives life to thee."""
 """The text the beacons send, 618 letters with its line feeds (W. Shakespeare, 1609; public domain)."""
 
+AUTHORS_DECODER = {
+    504: {"letters": 1.000, "bits": float("nan")},
+    3125: {"letters": 0.877, "bits": 0.986},
+}
+"""What the authors' own decoder reaches on the two files, run unchanged; its bits are all 11 chips of a letter."""
+
+WHERE_FROM = (
+    "They are 504hz_30m.mat and 3125hz_30m.mat of github.com/ziweiWWANG/Event-Beacon-Communication (data/"
+    "bright-led-outdoor, for academic use only). Put them into a folder event_beacon and give the folder around it."
+)
+"""Where to get the two recordings."""
+
 LETTER_BITS = 7
 FRAME_CHIPS = 11  # start 0, 7 bits with the most significant first, even parity, two stop bits 1
 FIRST_PARITY = LETTER_BITS + 1
+PAUSE_CHIPS = 1  # letters farther apart than this did not follow each other
 
 Interval = tuple[float, float, float]
 """A share and the ends of its 95 % Wilson interval."""
@@ -121,6 +136,60 @@ def score_text(read: str, sent: str) -> TextScore:
     )
 
 
+def score_table(scores: Mapping[tuple[int, str], TextScore]) -> pd.DataFrame:
+    """Scores by (baud, receiver) in, a row each out: letters and bits with their intervals, letters lost, too many."""
+    rows = [(*key, *score.letters, *score.bits, score.n_lost, score.n_extra) for key, score in scores.items()]
+    columns = ["baud", "receiver", "letters", "letters_low", "letters_high", "bits", "bits_low", "bits_high"]
+    return pd.DataFrame(rows, columns=[*columns, "lost", "extra"])
+
+
+@dataclass(frozen=True)
+class Transmitter:
+    """What letters read say of who sent them: letters, clock [ppm slower than it says], events an edge."""
+
+    n_letters: int
+    slower_ppm: float
+    on_a_rise: float
+    off_a_fall: float
+
+
+def measure_transmitter(
+    events: Events, t_us: npt.ArrayLike, frames: npt.ArrayLike, rate_hz: float
+) -> Transmitter | None:
+    """Letters read in, from the longest run of them without a pause the transmitter's clock and events an edge out.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+    t_us : array_like, shape (letters,)
+        When each letter began [us].
+    frames : array_like, shape (letters, 11)
+        Levels of its chips, 0 or 1.
+    rate_hz : float
+        Chips a second, as it says.
+
+    Returns
+    -------
+    Transmitter, or None where no two letters follow each other.
+    """
+    times, chips = np.asarray(t_us, np.int64), np.asarray(frames, np.int64).reshape(-1, FRAME_CHIPS)
+    letter_us = FRAME_CHIPS * 1e6 / rate_hz
+    breaks = np.flatnonzero(np.diff(times) > letter_us + PAUSE_CHIPS * 1e6 / rate_hz)
+    ends = np.concatenate([[0], breaks + 1, [times.size]])
+    longest = int(np.argmax(np.diff(ends)))
+    run = slice(int(ends[longest]), int(ends[longest + 1]))
+    t, levels = times[run], chips[run].ravel()
+    if t.size < 2:
+        return None
+    period_us = float(np.polyfit(np.arange(t.size), t, 1)[0])
+    turns = np.diff(levels, prepend=1)  # before a start the light is on
+    p = slice_time(events, int(t[0]), int(t[-1] + period_us))["p"]
+    on, off = int((p > 0).sum()), int((p == 0).sum())
+    return Transmitter(
+        t.size, 1e6 * (period_us / letter_us - 1), on / int((turns > 0).sum()), off / int((turns < 0).sum())
+    )
+
+
 def read_letters_by_rule(
     events: Events, rate_hz: float, *, bins_per_chip: int = 2, gate: float = 0.0
 ) -> list[ReadLetter]:
@@ -148,12 +217,9 @@ def read_letters_by_rule(
         return []
     bin_us = 1e6 / rate_hz / bins_per_chip
     start_us = int(events["t"][0]) - ceil(bin_us)  # the light was on, or the first fall is the first event
-    nanoseconds = events.copy()  # a bin need not be a whole number of microseconds
-    nanoseconds["t"] = (events["t"] - start_us) * 1000
-    nanoseconds["x"], nanoseconds["y"] = 0, 0
-    n_bins = int((int(events["t"][-1]) - start_us) / bin_us) + 1
-    n_bins += FRAME_CHIPS * bins_per_chip  # a last letter may end in ones, without an event
-    n_on, n_off = count_on_off(nanoseconds, (0, 0, 1, 1), 0, n_bins, round(1000 * bin_us), "events")
+    number = ((events["t"] - start_us) / bin_us).astype(np.int64)
+    n_bins = int(number[-1]) + 1 + FRAME_CHIPS * bins_per_chip  # a last letter may end in ones, without an event
+    n_on, n_off = (np.bincount(number[(events["p"] > 0) == side], minlength=n_bins) for side in (True, False))
     gate_on, gate_off = edge_gates(n_on, n_off, gate)
     state = led_state(n_on, n_off, gate_on=gate_on, gate_off=gate_off, before=1)
     letters = []

@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bicode_lab.evaluation.beacons import SONNET_18, read_letters_by_rule, score_text
+from bicode_lab.evaluation.beacons import (
+    SONNET_18,
+    measure_transmitter,
+    read_letters_by_rule,
+    score_table,
+    score_text,
+)
 from bicode_lab.events import make_events, no_events
 
 
@@ -104,3 +110,34 @@ def test_no_events_are_no_letters_and_a_rate_of_nothing_is_refused():
         read_letters_by_rule(no_events(), 0)
     with pytest.raises(ValueError, match="2 bins"):
         read_letters_by_rule(no_events(), 504, bins_per_chip=1)
+
+
+def frames_of(text):
+    return [[0, *map(int, f"{ord(c):07b}"), f"{ord(c):07b}".count("1") % 2, 1, 1] for c in text]
+
+
+@pytest.mark.parametrize("ppm", [-900, 0, 350])
+def test_the_transmitters_clock_and_edges_are_measured(ppm):
+    text = SONNET_18[:200]
+    rate_hz = 3125 / (1 + ppm * 1e-6)
+    events = light_of(text, rate_hz, events_an_edge=12)
+    t_us = 5e6 / rate_hz + np.arange(len(text)) * 11e6 / rate_hz
+    found = measure_transmitter(events, t_us.astype(int), frames_of(text), 3125)
+    assert found.n_letters == 200
+    assert found.slower_ppm == pytest.approx(ppm, abs=20)
+    assert found.on_a_rise == pytest.approx(12, abs=0.2)
+    assert found.off_a_fall == pytest.approx(12, abs=0.2)
+
+
+def test_the_longest_run_without_a_pause_is_taken():
+    t_us = np.concatenate([np.arange(5) * 22_000, 10**6 + np.arange(9) * 22_000])
+    found = measure_transmitter(light_of("a" * 50, 500), t_us, frames_of("a" * 14), 500)
+    assert found.n_letters == 9
+    assert measure_transmitter(no_events(), [], [], 500) is None
+
+
+def test_the_table_has_a_row_a_score():
+    table = score_table({(504, "rule"): score_text("abd", "abc"), (504, "soft"): score_text("abc", "abc")})
+    assert table.letters.round(2).tolist() == [0.67, 1.0]
+    assert (table.letters_low < table.letters).all()
+    assert score_table({}).empty
