@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,16 @@ def read_beacon(path: Path) -> Events:
     try:
         table = loadmat(path, variable_names=["event", "event_t"])
         polarity, t_s = (np.asarray(table[name]).ravel() for name in ("event", "event_t"))
-    except (MatReadError, NotImplementedError, KeyError, TypeError, EOFError, ValueError) as error:
+    except (
+        MatReadError,
+        NotImplementedError,
+        LookupError,
+        TypeError,
+        OSError,
+        EOFError,
+        ValueError,
+        zlib.error,
+    ) as error:
         raise ValueError(
             f"{path} holds no beacon: it must be a MATLAB file with `event` (+1, -1) and `event_t` [s] ({error})"
         ) from None

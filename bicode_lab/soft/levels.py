@@ -26,8 +26,8 @@ PHASES = 16
 FIRST_MEMORY = 2
 NOTHING, ON, OFF = 0, 1, 2
 EDGE_SHARE = 0.3  # of chips begin with a rise, as many with a fall: between UART's 0.22 and Manchester's 0.36
-STRAY = 0.02  # guess: a mark that no edge of its chip explains, over one that one does
-GUESS_CHIPS = 12.0  # the guess counts like so many chips of each context
+STRAY = 0.005  # guess: a mark that no edge of its chip explains, over one that one does
+GUESS_CHIPS = 24.0  # the guess counts like so many chips of each context
 
 
 def tally(marks: Marks, chips: Floats, first: int, n_chips: int, *, period: int | None = None) -> Tally:

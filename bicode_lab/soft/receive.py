@@ -33,6 +33,7 @@ from bicode_lab.soft.levels import PHASES
 from bicode_lab.soft.line_code import BicodeLine
 from bicode_lab.soft.repeats import Limits, Reading, read_repeats
 
+GATE = 0.1  # share of a usual lead below which a bin says nothing
 FIND_EVERY = 4  # periods from one search for faint regions to the next
 MOST_EVENTS = 4_000_000  # held for faint regions: 64 MB
 
@@ -173,7 +174,7 @@ class SoftReceiver:
             place = self._first_bin(earlier) - first
             both[0, place : place + n_on.size] += n_on
             both[1, place : place + n_off.size] += n_off
-        return first, lead_marks(both[0], both[1])
+        return first, lead_marks(both[0], both[1], GATE)
 
     def _sighting(self, period: int, track: int, box: Box, evidence: _Evidence) -> Sighting:
         """One track's evidence in, its row out."""

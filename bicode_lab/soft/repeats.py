@@ -6,13 +6,15 @@ frame on the tracked clock. Then there is one frame to read, however faint each 
 1. every place the frame may begin at (chips of a frame x bins of a chip) is scored by its likeliest walk,
    which knows the start and that every bit switches, under guessed levels;
 2. around the best place the levels are learned, and the walk is taken again;
-3. the code's check is the last word.
+3. the code's check is the last word. Where all bits are alike, the frame may as well begin a chip
+   sooner or later with all bits turned: there the check decides, or the margin is small.
 
 A wrong ID would be worse than none, so evidence is asked for in four ways (`Limits`); gain and margin
 are natural logarithms of likelihood ratios:
 
-    gain      of the walk, under the guessed levels, over marks that come at any time; chance has
-              ln(448 places x 2048 words) = 14 to choose from
+    gain      of the walk, under the guessed levels, over marks that come at any time (chance has
+              ln(448 places x 2048 words) = 14 to choose from); and, under levels learned for either, over
+              a lamp that says the same every two or four chips
     margin    of the least sure bit, and of the best place over any other
     support   share of the marks that lie where an edge of their polarity explains them
     unrest    marks of a chip in the quiet start over those of a chip in the data: a lamp that
@@ -21,7 +23,7 @@ are natural logarithms of likelihood ratios:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -29,12 +31,25 @@ from numba import njit
 
 from bicode_lab.recognition.decode import Reason
 from bicode_lab.soft.clock import Marks, find_chips
-from bicode_lab.soft.levels import NOTHING, OFF, ON, PHASES, Floats, Tally, count_levels, guess_levels, scores_of, tally
+from bicode_lab.soft.levels import (
+    GUESS_CHIPS,
+    NOTHING,
+    OFF,
+    ON,
+    PHASES,
+    Floats,
+    Tally,
+    count_levels,
+    guess_levels,
+    scores_of,
+    tally,
+)
 from bicode_lab.soft.line_code import LineCode, Nodes, nodes_of
 from bicode_lab.soft.walk import IMPOSSIBLE, best_walk
 
 MEMORY = 3
 ROUNDS = 3
+AS_GOOD = 1.0  # two places whose scores differ by less explain the marks equally well
 NEAR_BINS = 3  # the best place is looked for again so far around the first guess of it
 
 
@@ -50,10 +65,10 @@ class Limits:
         Most.
     """
 
-    gain: float = 18.0
-    margin: float = 4.5
+    gain: float = 13.0
+    margin: float = 5.5
     support: float = 0.85
-    unrest: float = 0.3
+    unrest: float = 0.1
 
     def doubt(self, reading: Reading) -> Reason | None:
         """A reading in, why it is not believed out, in the words of the paper's rule; None where it is."""
@@ -114,25 +129,41 @@ def read_repeats(marks: Marks, bin_us: float, line: LineCode) -> Reading:
     nodes = nodes_of(line, MEMORY)
     guess = guess_levels(fine, MEMORY)
     places = _score_places(fine, guess, nodes)
-    first = int(np.argmax(places))
-    place, shares = _learn(fine, guess, nodes, first)
+    place, shares = _learn(fine, guess, nodes, int(np.argmax(places)))
+    places = _score_places(fine, shares, nodes)
+    walks = [_walk_from(at, fine, (guess, shares), places, line) for at in (place, place + PHASES, place - PHASES)]
+    at, total, reading = max(walks, key=lambda walk: (walk[2].check and walk[1] > walks[0][1] - AS_GOOD, walk[1]))
+    for _, total_other, other in walks:
+        if other.check and other.value != reading.value:
+            reading = replace(reading, margin=min(reading.margin, total - total_other))
+    return replace(reading, start_us=_start_us(chips, at, bin_us), error_ppm=error_ppm)
+
+
+def _walk_from(
+    place: int, fine: Tally, levels: tuple[Floats, Floats], places: Floats, line: LineCode
+) -> tuple[int, float, Reading]:
+    """A place, guessed and learned levels and every place's score in; the place, its score and reading out."""
+    guess, shares = levels
+    n = line.frame_chips
+    nodes = nodes_of(line, MEMORY)
     counts = _turned(fine, place)
     scores = scores_of(counts, shares)
     walk, margins = best_walk(scores, nodes, MEMORY - 1)
     context = nodes.context[walk]
     total = float(scores[np.arange(n), context].sum())
-    others = _score_places(fine, shares, nodes)
-    away = np.abs((np.arange(others.size) - place + others.size // 2) % others.size - others.size // 2)
-    gap = total - float(others[away > PHASES].max())
+    away = np.abs((np.arange(places.size) - place + places.size // 2) % places.size - places.size // 2)
     value, check = line.decode(np.roll(context & 1, MEMORY - 1))
-    plain = scores_of(counts, guess)[np.arange(n), context]
-    return Reading(
-        value, check, _start_us(chips, place, bin_us), error_ppm,
-        gain=float(plain.sum()) - _null(counts),
-        margin=min(float(margins.min()), gap),
+    plain = float(scores_of(counts, guess)[np.arange(n), context].sum())
+    lamp = max(_steady(counts, 2 * PHASES), _steady(counts, 4 * PHASES))
+    reading = Reading(
+        value,
+        check,
+        gain=min(plain - _steady(counts, 1), total - lamp),
+        margin=min(float(margins.min()), total - float(places[away > PHASES + NEAR_BINS].max())),
         support=_support(counts, shares, context),
         unrest=_unrest(counts, len(line.start_chips)),
-    )  # fmt: skip
+    )
+    return place, total, reading
 
 
 def _learn(fine: Tally, guess: Floats, nodes: Nodes, first: int) -> tuple[int, Floats]:
@@ -168,10 +199,18 @@ def _score_places(fine: Tally, shares: Floats, nodes: Nodes) -> Floats:
     return np.asarray(sums, np.float64).T.ravel()
 
 
-def _null(counts: Tally) -> float:
-    """A tally in, its log-likelihood under marks that come at any time out."""
-    total = counts.sum(axis=(0, 1))
-    return float((total[total > 0] * np.log(total[total > 0] / total.sum())).sum())
+def _steady(counts: Tally, period_bins: int) -> float:
+    """A tally in, its log-likelihood under marks that repeat every few bins out; 1 bin is marks at any time.
+
+    The shares are learned as those of the walk are, from the same number of chips of a guess.
+    """
+    flat = counts.reshape(-1, 3)
+    every = flat.sum(axis=0) + np.array([1.0, 0.5, 0.5])
+    at = np.arange(len(flat)) % period_bins
+    shares = np.stack([np.bincount(at, flat[:, side], period_bins) for side in (NOTHING, ON, OFF)], axis=1)
+    shares = shares + GUESS_CHIPS * every / every.sum()
+    shares = shares / shares.sum(axis=1, keepdims=True)
+    return float((flat * np.log(shares[at])).sum())
 
 
 def _support(counts: Tally, shares: Floats, context: npt.NDArray[np.int32]) -> float:

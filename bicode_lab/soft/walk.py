@@ -49,12 +49,6 @@ def best_walk(scores: Floats, nodes: Nodes, first_place: int | None = None) -> t
     return walk, margins
 
 
-def best_score(scores: Floats, nodes: Nodes, first_place: int) -> float:
-    """Log-likelihoods in, the sum along the best walk from a place in the frame out; `best_walk` without the walk."""
-    ahead = np.where(nodes.place == first_place, 0.0, IMPOSSIBLE)
-    return float(_last(scores, nodes.context, nodes.before, ahead).max())
-
-
 @njit(cache=True)
 def _forward(scores, context, before, ahead):  # type: ignore[no-untyped-def]
     """Best sum of a walk that ends in each node at each chip."""
@@ -72,26 +66,6 @@ def _forward(scores, context, before, ahead):  # type: ignore[no-untyped-def]
                 best = max(best, sums[k - 1, i])
             sums[k, j] = best + scores[k, context[j]]
     return sums
-
-
-@njit(cache=True)
-def _last(scores, context, before, ahead):  # type: ignore[no-untyped-def]
-    """The last row of `_forward`, without the others."""
-    n_nodes = context.size
-    old, new = np.empty(n_nodes), np.empty(n_nodes)
-    for j in range(n_nodes):
-        old[j] = ahead[j] + scores[0, context[j]]
-    for k in range(1, scores.shape[0]):
-        for j in range(n_nodes):
-            best = IMPOSSIBLE
-            for m in range(4):
-                i = before[j, m]
-                if i < 0:
-                    break
-                best = max(best, old[i])
-            new[j] = best + scores[k, context[j]]
-        old, new = new, old
-    return old
 
 
 @njit(cache=True)
