@@ -6,9 +6,10 @@ step by more than half a turn goes the other way round. Real sensors send steps 
 Gen4.1 one sends now and then a TIME_LOW up to 11 us ahead and corrects it in the next
 word. No event comes between the two, so the events themselves never step back.
 
-Reading leniently, a time word that those after it contradict is not believed, and the
-events under it are dropped: one flipped bit would otherwise carry the clock ahead by up
-to a turn, and every event after it would seem to step back.
+A TIME_HIGH that those after it contradict is damage. Reading leniently it is mended
+where its neighbours say what it was, or else not believed, nor is such a TIME_LOW, and
+the events under it are dropped: one flipped bit would otherwise carry the clock ahead
+by up to a turn, and every event after it would seem to step back.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from bicode_lab.recording_judge import (
     AT_X,
     AT_Y,
     BLANK,
+    DOUBTFUL,
     EVENTS,
     HIGH,
     KEPT,
@@ -67,7 +69,8 @@ def _weigh_high(words: Ints, i: int, high: Int, turn: Int, final: bool) -> tuple
     value = words[i] % turn
     high = value if first else high
     step = _step(value, high, turn)
-    witnesses, against, nearest = 0, 0, np.int64(-1)
+    witnesses, against = 0, 0
+    nearest: Int = -1
     for j in range(i + 1, words.size):
         if words[j] // turn != 8:
             continue
@@ -94,8 +97,10 @@ def _weigh_high(words: Ints, i: int, high: Int, turn: Int, final: bool) -> tuple
 def _believe_low(words: Ints, i: int, high: Int, low: Int, final: bool) -> int:
     """The same for a TIME_LOW, which speaks for the events up to the next time word."""
     value = words[i] & 0xFFF
-    witnesses, against = 0, np.int64(0)
-    under, pending = False, words[i] * 0 - 1
+    witnesses = 0
+    against: Int = 0
+    under = False
+    pending: Int = -1
     for j in range(i + 1, words.size):
         kind, other = words[j] >> 12, words[j] & 0xFFF
         if kind == 2 or kind == 4 or kind == 5:
@@ -138,6 +143,24 @@ def _go_to(state: Ints, value: Int, turn: Int, believed: int) -> None:
         if state[HIGH] < 0:
             state[HIGH] += turn
         state[LOW], state[TRUSTED] = 0, _BOTH
+
+
+@njit(cache=True)
+def _take_high(words: Ints, i: int, state: Ints, tally: Ints, turn: int, final: bool, place: int) -> bool:
+    """Take, mend or leave the TIME_HIGH at `i`; False where the words that tell are not read yet."""
+    value = words[i] % turn
+    believed, mended = _YES, value
+    if state[HIGH] < 0 or value != state[HIGH] % turn:
+        believed, mended = _weigh_high(words, i, state[HIGH], turn, final)
+    if believed == _MORE:
+        return False
+    if believed == _NO or mended != value:
+        note(tally, DOUBTFUL, state[EVENTS], place, words[i])
+    if state[LENIENT]:
+        _go_to(state, mended, turn, believed)
+    else:
+        _go_to(state, value, turn, _YES)
+    return True
 
 
 @njit(cache=True)
@@ -203,12 +226,8 @@ def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
         if state[KEPT] + 12 > out.size:
             return i
         if kind == 8:
-            believed = _YES
-            if state[LENIENT] and value != state[HIGH] & 0xFFF:
-                believed, value = _weigh_high(words, i, state[HIGH], 1 << 12, final)
-            if believed == _MORE:
+            if not _take_high(words, i, state, tally, 1 << 12, final, place + 2 * i):
                 return i
-            _go_to(state, value, 1 << 12, believed)
         elif kind == 6 and state[TRUSTED] & 1:
             believed = _YES
             if state[LENIENT]:
@@ -256,13 +275,8 @@ def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
         if state[KEPT] + 1 > out.size or (word == 0 and i + 1 == words.size and not final):
             return i
         if kind == 8:
-            value = word & 0xFFFFFFF
-            believed = _YES
-            if state[LENIENT] and value != state[HIGH] & 0xFFFFFFF:
-                believed, value = _weigh_high(words, i, state[HIGH], 1 << 28, final)
-            if believed == _MORE:
+            if not _take_high(words, i, state, tally, 1 << 28, final, place + 4 * i):
                 return i
-            _go_to(state, value, 1 << 28, believed)
         elif word == 0 and (state[ZEROS] or (i + 1 < words.size and words[i + 1] == 0)):
             note(tally, BLANK, state[EVENTS], place + 4 * i, 0)
         elif kind < 2:

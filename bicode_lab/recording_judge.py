@@ -16,8 +16,9 @@ from numba import njit
 from bicode_lab.events import Events
 from bicode_lab.recording_formats import RecordingError
 
+# New numbers go to the end: numba keeps a compiled kernel while the text of its own file is the same, not of this.
 # Rows of a tally: events that break a rule, then words, lines and bytes that hold no event.
-UNTIMED, UNPLACED, X, Y, P, BACKWARDS, MISTIMED, UNKNOWN, BLANK, LINE, CUT, VECTOR, REST = range(13)
+UNTIMED, UNPLACED, X, Y, P, BACKWARDS, MISTIMED, UNKNOWN, BLANK, LINE, CUT, VECTOR, REST, DOUBTFUL = range(14)
 COUNT, EVENT, PLACE, VALUE = range(4)  # its columns; events are counted from 0, lines from 1
 
 # A reader's memory between blocks: what it judges with, and where EVT, DAT and ES words left off.
@@ -35,12 +36,19 @@ _DROPPED = {
     P: "events of no polarity",
     BACKWARDS: "events that step back in time",
     MISTIMED: "events with a damaged time",
+    DOUBTFUL: "time words that those after them contradict",
     UNKNOWN: "words of no known kind",
     BLANK: "words of zeros",
     LINE: "lines that hold no event",
     CUT: "bytes at the cut end",
     VECTOR: "vector of events cut at the end",
     REST: "unreadable rest of the file",
+}
+
+_BAD_WORDS = {
+    DOUBTFUL: "time words are contradicted by those after them",
+    UNKNOWN: "words have no known kind",
+    BLANK: "words are blank (all zero)",
 }
 
 LENIENTLY = "or read the good events with lenient=True (--lenient)"
@@ -123,10 +131,9 @@ def complain(path: Path, state: Ints, tally: Ints, place_is: str) -> None:
         what = "inside a vector of events" if rule == VECTOR else f"{count} of the bytes of an event"
         raise RecordingError(f"{path}: cut short at byte {place:,}: {what}; copy it again, {LENIENTLY}")
     where = f" at {place_is} {place:,}" if place_is else ""
-    if rule in (UNKNOWN, BLANK):
-        what = "have no known kind" if rule == UNKNOWN else "are blank (all zero)"
+    if rule in _BAD_WORDS:
         first = f"the first is{where} ({value:#x}, after {event:,} events)"
-        raise RecordingError(f"{path}: {count:,} words {what}; {first}; copy it again, {LENIENTLY}")
+        raise RecordingError(f"{path}: {count:,} {_BAD_WORDS[rule]}; {first}; copy it again, {LENIENTLY}")
     size = "check width and height, or export the file again"
     what, found, way_out = {
         UNTIMED: ("no time word before them", f"word {value:#x}", "export the file again"),

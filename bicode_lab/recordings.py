@@ -29,9 +29,9 @@ from bicode_lab.recording_hdf5 import read_hdf5_pieces
 from bicode_lab.recording_headers import read_header
 from bicode_lab.recording_judge import REST
 from bicode_lab.recording_npz import read_npz_pieces, read_npz_size, write_npz
-from bicode_lab.recording_write import write_recording
+from bicode_lab.recording_write import WRITABLE, write_recording
 
-__all__ = ["Recording", "RecordingError", "open_recording", "write_npz", "write_recording"]
+__all__ = ["WRITABLE", "Recording", "RecordingError", "open_recording", "write_npz", "write_recording"]
 
 MAX_CHUNK_EVENTS = 1_000_000
 """No chunk holds more events than this."""

@@ -153,7 +153,7 @@ def test_packets_are_those_of_the_truth(tmp_path: Path, capsys: pytest.CaptureFi
         (["decode", "{file}", "--delta-t-id-us", "600"], "500"),
         (["decode", "{file}", "--manchester", "auto", "--payload-bits", "7"], "auto"),
         (["decode", "{file}", "--formt", "csv"], "--format"),
-        (["simulate", "out.raw"], ".npz"),
+        (["simulate", "out.mp4"], ".npz"),
         (["simulate", "{out}", "--payload", "300"], "payload"),
         (["simulate", "{out}", "--distance-m", "-1"], "distance_m"),
         (["simulate", "{out}", "--payload", "abc"], "abc"),

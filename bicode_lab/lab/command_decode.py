@@ -56,10 +56,13 @@ LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
 @click.option("--delta-t-id-us", type=int, help="Bin of the LED's state; by default half a chip, 250 at 1 kHz.")
 @click.option("--width", type=int, help="Sensor [px], where the file does not say.")
 @click.option("--height", type=int, help="Sensor [px], where the file does not say.")
+@click.option("--lenient", is_flag=True, help="Read the good events of a damaged file, and say what was dropped.")
 @click.option("--size-m", type=float, default=0.05, show_default=True, help="Side of the ArUco pattern, for the pose.")
 @click.option("--focal-px", type=float, default=1646.09, show_default=True, help="Focal length, for the pose.")
-def decode(file: Path, form: str, packets: bool, width: int | None, height: int | None, **options: Any) -> None:
-    r"""Read every marker in FILE: event camera RAW (EVT2, EVT3), DAT, AEDAT4, ES, CSV, or our own .npz.
+def decode(
+    file: Path, form: str, packets: bool, width: int | None, height: int | None, lenient: bool, **options: Any
+) -> None:
+    r"""Read every marker in FILE: event camera RAW (EVT2, EVT3), DAT, AEDAT4, ES, CSV, HDF5, or our own .npz.
 
     One row for each track and period of 33 ms, counted from the first event; a period in
     which nothing blinks has no row. t_us is the recording's own clock, x y w h a box from
@@ -83,7 +86,10 @@ def decode(file: Path, form: str, packets: bool, width: int | None, height: int 
         raise ValueError(
             f"{file} says nothing of x and y, so no marker can be found in it; read it with --line-code uart"
         )
-    recording = open_recording(file, width=width, height=height)
+    recording = open_recording(file, width=width, height=height, lenient=lenient)
+    if recording.size_from == "assumed":
+        size = f"{recording.width}x{recording.height}"
+        click.echo(f"{file}: does not say its sensor's size; {size} px assumed (--width, --height)", err=True)
     settings = _settings(options, recording)
     if options["receiver"] == "soft":
         sightings = recognise_soft(_watched(recording), SoftSettings(receiver=settings))
@@ -95,6 +101,9 @@ def decode(file: Path, form: str, packets: bool, width: int | None, height: int 
     else:
         rows, widths = (sighting.row() for sighting in sightings), SIGHTING_WIDTHS
     _write(rows, widths, form)
+    if recording.dropped:
+        counts = ", ".join(f"{count:,} {cause}" for cause, count in recording.dropped.items())
+        click.echo(f"{file}: dropped {counts}", err=True)
 
 
 def _letters(file: Path, rate_hz: float | None, width: int | None, height: int | None, form: str) -> list[Row]:

@@ -1,4 +1,4 @@
-"""``bicode simulate OUT.npz``: a marker in front of the synthetic camera, as a file with its truth beside it."""
+"""``bicode simulate OUT``: a marker in front of the synthetic camera, as a file with its truth beside it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bicode_lab.camera import Light, Optics, Placed, Pose, Recorder, Scene, Stil
 from bicode_lab.events import Events, join
 from bicode_lab.lab.options import Number
 from bicode_lab.marker import Board, Marker, PacketFormat
-from bicode_lab.recordings import open_recording, write_npz
+from bicode_lab.recordings import WRITABLE, open_recording, write_recording
 
 
 @click.command()
@@ -40,9 +40,12 @@ from bicode_lab.recordings import open_recording, write_npz
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All chance, the phase included.")
 @click.option("--background", type=click.Path(path_type=Path), help="A recording to put the marker into.")
 def simulate(out: Path, seconds: float, seed: int, background: Path | None, **options: Any) -> None:
-    """Write the events of one marker to OUT (.npz) and what is true of them to OUT's name with .truth.json."""
-    if out.suffix != ".npz":
-        raise ValueError(f"{out.name} does not end in .npz, the only format written here; call it {out.stem}.npz")
+    """Write the events of one marker to OUT and what is true of them to OUT's name with .truth.json.
+
+    OUT's ending chooses the format: .npz, .raw (EVT3), .aedat4, .dat, .csv or .h5.
+    """
+    if out.suffix.lower() not in WRITABLE:
+        raise ValueError(f"{out.name} names no format written here; end it in one of {' '.join(WRITABLE)}")
     if not out.parent.is_dir():
         raise ValueError(f"there is no folder {out.parent}; make it first")
     rng = np.random.default_rng(seed)
@@ -59,7 +62,9 @@ def simulate(out: Path, seconds: float, seed: int, background: Path | None, **op
     events = join(chunks)
     start = int(events["t"][0]) if background is not None and events.size else 0
     duration = int(events["t"][-1]) - start + 1 if background is not None and events.size else round(seconds * 1e6)
-    write_npz(out, events, scene.optics.width, scene.optics.height)
+    shift_us = write_recording(out, events, scene.optics.width, scene.optics.height)
+    if shift_us:
+        click.echo(f"{out}: its clock begins at 0; {shift_us} us were taken off (header line t0)", err=True)
     truth = {"seed": seed, "n_events": int(events.size), "n_lost": lost, **truth_table(scene, duration, start)}
     truth_file = out.with_suffix(".truth.json")
     truth_file.write_text(json.dumps(truth, indent=1) + "\n")
