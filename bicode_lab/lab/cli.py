@@ -22,6 +22,8 @@ COMMANDS = {
     "simulate": ("command_simulate", "simulate", "Make the events of a blinking marker, and the truth beside them."),
     "decode": ("command_decode", "decode", "Read IDs and poses from a recording."),
     "marker": ("command_marker", "marker", "Build a marker: sheets to cut, list of parts, transmitter."),
+    "false-ids": ("command_false_ids", "false_ids", "Count the IDs that are read where no marker is."),
+    "stress": ("command_stress", "stress", "Accuracy of both receivers as recordings get worse."),
     "run": ("command_run", "run", "Run one notebook with other parameters."),
     "figures": ("command_run", "figures", "Run every notebook and write every figure."),
     "doctor": ("command_doctor", "doctor", "Check that everything needed is here and works."),

@@ -1,0 +1,42 @@
+"""``bicode stress``: how both receivers fare as recordings get worse, seed by seed, into a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from bicode_lab.evaluation.stress import STRESSORS, over_seeds
+from bicode_lab.evaluation.stress import stress as stress_trial
+from bicode_lab.lab.notebook import repository_root
+
+
+@click.command()
+@click.option("--seeds", type=click.IntRange(1), default=10, show_default=True, help="Recordings of each condition.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Where rows are kept  [default: figures/stress.csv]",
+)
+def stress(seeds: int, out: Path | None) -> None:
+    """Lose, add, shift and saturate events, and count the periods that both receivers still read.
+
+    Each trial is written to OUT when it is done, and one that is there is not done again.
+    """
+    target = out or repository_root() / "figures" / "stress.csv"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    done: set[tuple[str, float, int]] = set()
+    if target.exists():
+        table = pd.read_csv(target)
+        done = set(zip(table["stressor"], table["level"], table["seed"], strict=True))
+    trials = [(s, float(level), seed) for seed in range(seeds) for s in STRESSORS for level in s.levels]
+    missing = [trial for trial in trials if (trial[0].name, trial[1], trial[2]) not in done]
+    for stressor, level, seed in tqdm(missing, unit=" trials", disable=None):
+        rows = stress_trial(stressor, level, seed)
+        rows.to_csv(target, mode="a", index=False, header=not target.exists(), lineterminator="\n")
+    table = pd.read_csv(target)
+    summary = over_seeds(table[table["seed"] < seeds], np.random.default_rng(0))
+    click.echo(summary.drop(columns=["unit", "distance_m"]).to_string(index=False, float_format="%.3g"))
