@@ -73,7 +73,7 @@ def find_chips(marks: Marks, bin_us: float, chip_us: float) -> tuple[Floats, flo
     between = np.vdot(lines[1], lines[0])
     line = lines[0] + lines[1] * (between / abs(between) if abs(between) > 0 else 1.0)
     # A chip longer by d turns the line by -d turns a chip: a line among blocks.
-    n_steps = round(MOST_PPM * 1e-6 * n_blocks * BLOCK_CHIPS * OVERSAMPLING)
+    n_steps = int(MOST_PPM * 1e-6 * n_blocks * BLOCK_CHIPS * OVERSAMPLING)
     steps = np.arange(-n_steps, n_steps + 1)
     sums = np.fft.ifft(line, n_blocks * OVERSAMPLING, norm="forward")[steps]
     strength = np.abs(sums)

@@ -135,11 +135,14 @@ def _add_turns(events, number, start_us, rate, sums):  # type: ignore[no-untyped
         x, y = events[i]["x"], events[i]["y"]
         if x >= width or y >= height:
             continue
-        turn = 2 * np.pi * ((events[i]["t"] - start_us) * rate % 1.0)
-        real, imaginary = np.cos(turn), np.sin(turn)
         p = 1 if events[i]["p"] > 0 else 0
+        real = imaginary = 0.0
         for ny in range(np.int64(y) - 1, np.int64(y) + 2):
             for nx in range(np.int64(x) - 1, np.int64(x) + 2):
-                if 0 <= ny < height and 0 <= nx < width and number[ny, nx] >= 0:
-                    sums[p, number[ny, nx], 0] += real
-                    sums[p, number[ny, nx], 1] += imaginary
+                if not (0 <= ny < height and 0 <= nx < width) or number[ny, nx] < 0:
+                    continue
+                if real == 0.0 and imaginary == 0.0:  # most events are near no pixel asked for
+                    turn = 2 * np.pi * ((events[i]["t"] - start_us) * rate % 1.0)
+                    real, imaginary = np.cos(turn), np.sin(turn)
+                sums[p, number[ny, nx], 0] += real
+                sums[p, number[ny, nx], 1] += imaginary

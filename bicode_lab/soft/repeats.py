@@ -66,7 +66,7 @@ class Limits:
     """
 
     gain: float = 13.0
-    margin: float = 5.5
+    margin: float = 6.0
     support: float = 0.85
     unrest: float = 0.1
 
