@@ -15,7 +15,7 @@ Where nothing passed in h hours, the rate is below 3.0 / h with 95 % confidence.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -34,6 +34,7 @@ ClutterKind = Literal["mains lamps", "mains and dimmer", "moving edges"]
 CLUTTER_KINDS: tuple[ClutterKind, ...] = ("mains lamps", "mains and dimmer", "moving edges")
 TURNS = (0, 1, 0, 1, 0, 1, 0, 1, 0, 2)  # kinds of clutter in turn: what moves costs ten times what stands still
 CHECKSUMS: tuple[ChecksumKind, ...] = ("sum", "crc3")
+RECEIVERS = ("paper", "soft")
 WINDOW_PX = {"mains lamps": (160, 120), "mains and dimmer": (160, 120), "moving edges": (80, 60)}
 LAMP_M = 5.0  # how far lamps and wall are
 SCENE_S = 10.0
@@ -129,7 +130,9 @@ def _lamp(flicker: Flicker, brightest: float, optics: Optics, rng: np.random.Gen
     )
 
 
-def count_piece(number: int, scene_s: float = SCENE_S, scenes: int = SCENES_A_PIECE) -> pd.DataFrame:
+def count_piece(
+    number: int, receivers: Sequence[str] = RECEIVERS, scene_s: float = SCENE_S, scenes: int = SCENES_A_PIECE
+) -> pd.DataFrame:
     """The number of a piece of clutter, which is its seed too, in; a row for each receiver and checksum out."""
     kind = CLUTTER_KINDS[TURNS[number % len(TURNS)]]
     counts: list[Count] = []
@@ -139,7 +142,8 @@ def count_piece(number: int, scene_s: float = SCENE_S, scenes: int = SCENES_A_PI
         scene = clutter_scene(kind, rng)
         events = join(Recorder(scene, scene_s, rng))
         n_events += events.size
-        counts += count_ids(events, scene_s, scene.optics.width, scene.optics.height, soft_every=SOFT_EVERY)
+        size = scene.optics.width, scene.optics.height
+        counts += count_ids(events, scene_s, *size, receivers=receivers, soft_every=SOFT_EVERY)
     table = add_up(counts)
     table.insert(0, "piece", number)
     table.insert(1, "clutter", kind)
@@ -154,7 +158,14 @@ def add_up(counts: Iterable[Count]) -> pd.DataFrame:
 
 
 def count_ids(
-    events: Events, seconds: float, width: int, height: int, *, soft_every: int = 1, **changes: Any
+    events: Events,
+    seconds: float,
+    width: int,
+    height: int,
+    *,
+    receivers: Sequence[str] = RECEIVERS,
+    soft_every: int = 1,
+    **changes: Any,
 ) -> list[Count]:
     """Events without a marker in, what the paper's rule and the soft receiver make of them with each checksum out.
 
@@ -167,6 +178,7 @@ def count_ids(
         Length of the recording, events or not.
     width, height : int
         Sensor [px].
+    receivers : sequence of {"paper", "soft"}
     soft_every : int
         Periods from one reading of the soft receiver's evidence to the next.
     changes
@@ -180,14 +192,14 @@ def count_ids(
     def by_soft(settings: ReceiverSettings) -> Iterator[Sighting]:
         return _read_now_and_then(events, settings, soft_every)
 
-    runs: list[tuple[str, Callable[[ReceiverSettings], Iterator[Sighting]]]] = [("paper", by_paper), ("soft", by_soft)]
+    runs: dict[str, Callable[[ReceiverSettings], Iterator[Sighting]]] = {"paper": by_paper, "soft": by_soft}
     counts = []
-    for receiver, run in runs:
+    for receiver in receivers:
         found: Count | None = None
         for checksum in CHECKSUMS:
             if found is None or found.structures:
                 settings = replace(paper, packet_format=replace(paper.packet_format, checksum=checksum))
-                found = _counted(receiver, checksum, seconds, run(settings))
+                found = _counted(receiver, checksum, seconds, runs[receiver](settings))
             counts.append(replace(found, checksum=checksum))
     return counts
 

@@ -95,7 +95,7 @@ class Stressor:
 
     Parameters
     ----------
-    name, unit : str
+    name, label : str
     levels : tuple of float
         From none to the worst.
     distance_m : float
@@ -103,19 +103,21 @@ class Stressor:
     """
 
     name: str
-    unit: str
+    label: str
     levels: tuple[float, ...]
     distance_m: float
 
 
 FAR_M = 20.0
 STRESSORS = (
-    Stressor(name="loss", unit="share of events", levels=(0, 0.1, 0.2, 0.3, 0.4, 0.5), distance_m=FAR_M),
-    Stressor(name="noise", unit="Hz a pixel", levels=(0, 0.3, 1, 3, 10), distance_m=FAR_M),
-    Stressor(name="hot pixels", unit="share of pixels", levels=(0, 0.003, 0.01, 0.03, 0.1), distance_m=FAR_M),
-    Stressor(name="jitter", unit="us", levels=(0, 25, 50, 100, 150, 200), distance_m=FAR_M),
-    Stressor(name="clock", unit="ppm", levels=(0, 300, 1000, 3000, 10_000, 30_000), distance_m=FAR_M),
-    Stressor(name="readout", unit="Mev/s", levels=(1, 0.1, 0.05, 0.03, 0.02, 0.01), distance_m=5.0),
+    Stressor(name="loss", label="events lost (share)", levels=(0, 0.1, 0.2, 0.3, 0.4, 0.5), distance_m=FAR_M),
+    Stressor(name="noise", label="added noise (Hz per pixel)", levels=(0, 0.3, 1, 3, 10), distance_m=FAR_M),
+    Stressor(
+        name="hot pixels", label="hot pixels (share of pixels)", levels=(0, 0.003, 0.01, 0.03, 0.1), distance_m=FAR_M
+    ),
+    Stressor(name="jitter", label="time jitter, one sigma (us)", levels=(0, 25, 50, 100, 150, 200), distance_m=FAR_M),
+    Stressor(name="clock", label="clock error (ppm)", levels=(0, 300, 1000, 3000, 10_000, 30_000), distance_m=FAR_M),
+    Stressor(name="readout", label="the link carries (Mev/s)", levels=(1, 0.1, 0.05, 0.03, 0.02, 0.01), distance_m=5.0),
 )
 RECEIVERS = ("paper", "soft, 1 period", "soft, 30 periods")
 OPTICS = Optics(width=96, height=72)
@@ -183,18 +185,18 @@ def stress(stressor: Stressor, level: float, seed: int) -> pd.DataFrame:
     """A stressor, its level and a seed in, a row for each receiver out."""
     scene, events = stressed(stressor, level, seed)
     table = pd.DataFrame(judge(scene, events))
-    return table.assign(
-        stressor=stressor.name, level=level, unit=stressor.unit, distance_m=stressor.distance_m, seed=seed
-    )[["stressor", "level", "unit", "distance_m", "seed", *table.columns]]
+    return table.assign(stressor=stressor.name, level=level, distance_m=stressor.distance_m, seed=seed)[
+        ["stressor", "level", "distance_m", "seed", *table.columns]
+    ]
 
 
 def over_seeds(table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
     """Rows of `stress` in; accuracy and its 95 % interval over seeds, by stressor, level and receiver, out."""
-    by = ["stressor", "level", "unit", "distance_m", "receiver"]
+    by = ["stressor", "level", "distance_m", "receiver"]
     rows = []
     for key, group in table.groupby(by, sort=False):
         shares = (group["right"] / group["periods"]).to_numpy()
-        low, high = bootstrap(shares, rng)
+        low, high = bootstrap(shares, int(group["periods"].sum()), rng)
         rows.append(
             {
                 **dict(zip(by, _as_tuple(key), strict=True)),
@@ -205,14 +207,16 @@ def over_seeds(table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def bootstrap(shares: npt.NDArray[np.float64], rng: np.random.Generator, n: int = 2000) -> tuple[float, float]:
-    """One share a seed in, the 95 % interval of their mean out.
+def bootstrap(
+    shares: npt.NDArray[np.float64], n_periods: int, rng: np.random.Generator, n: int = 2000
+) -> tuple[float, float]:
+    """One share a seed and the number of all periods in, the 95 % interval of their mean, drawn over seeds, out.
 
-    Where all seeds agree there is nothing to draw from; then a Wilson interval over as many seeds says how little
-    they can rule out.
+    Where every period of every seed was right, or wrong, there is nothing to draw from; then it is
+    Wilson's interval over the periods, which takes them as independent.
     """
-    if shares.size and np.ptp(shares) == 0 and shares[0] in (0.0, 1.0):
-        edge = 1.96**2 / (shares.size + 1.96**2)
+    if (shares == shares[0]).all() and shares[0] in (0.0, 1.0):
+        edge = 1.96**2 / (n_periods + 1.96**2)
         return (0.0, edge) if shares[0] == 0 else (1.0 - edge, 1.0)
     means = rng.choice(shares, (n, shares.size)).mean(axis=1)
     return float(np.quantile(means, 0.025)), float(np.quantile(means, 0.975))

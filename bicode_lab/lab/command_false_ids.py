@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 import pandas as pd
 from tqdm import tqdm
 
-from bicode_lab.evaluation.false_ids import SCENE_S, SCENES_A_PIECE, add_up, count_ids, count_piece, rates
+from bicode_lab.evaluation.false_ids import RECEIVERS, SCENE_S, SCENES_A_PIECE, add_up, count_ids, count_piece, rates
 from bicode_lab.lab.notebook import repository_root
 from bicode_lab.recordings import open_recording
 
@@ -16,49 +17,56 @@ from bicode_lab.recordings import open_recording
 @click.command(name="false-ids")
 @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--hours", type=click.FloatRange(0, min_open=True), default=3.0, show_default=True, help="Of clutter.")
+@click.option("--receiver", type=click.Choice([*RECEIVERS, "both"]), default="both", show_default=True)
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
     help="Where rows are kept  [default: figures/false_ids.csv, for FILES figures/false_ids_real.csv]",
 )
-def false_ids(files: tuple[Path, ...], hours: float, out: Path | None) -> None:
+def false_ids(files: tuple[Path, ...], hours: float, receiver: str, out: Path | None) -> None:
     """Count IDs in simulated clutter, or in FILES, recordings that hold no marker.
 
     Clutter comes in pieces of half a minute with seeds of their own. Each is written to OUT when it
     is done, and a piece that is there is not done again, so that a run can be stopped and gone on with.
     """
+    receivers = RECEIVERS if receiver == "both" else (receiver,)
     figures = repository_root() / "figures"
     if files:
-        table = pd.concat([_count_file(file) for file in files], ignore_index=True)
+        table = pd.concat([_count_file(file, receivers) for file in files], ignore_index=True)
         target = out or figures / "false_ids_real.csv"
         target.parent.mkdir(parents=True, exist_ok=True)
         table.to_csv(target, index=False, lineterminator="\n")
     else:
-        table = _count_clutter(hours, out or figures / "false_ids.csv")
+        table = _count_clutter(hours, receivers, out or figures / "false_ids.csv")
     for by in (("receiver", "checksum"), ("clutter", "receiver", "checksum")):
         click.echo(rates(table, by).to_string(index=False, float_format="%.4g"))
 
 
-def _count_clutter(hours: float, out: Path) -> pd.DataFrame:
+def _count_clutter(hours: float, receivers: Sequence[str], out: Path) -> pd.DataFrame:
     """Hours in; rows of all their pieces, the missing ones counted and written now, out."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    done = set(pd.read_csv(out)["piece"]) if out.exists() else set()
+    done: set[tuple[int, str]] = set()
+    if out.exists():
+        kept = pd.read_csv(out)
+        done = set(zip(kept["piece"].tolist(), kept["receiver"].tolist(), strict=True))
     n_pieces = -int(-hours * 3600 // (SCENE_S * SCENES_A_PIECE))
-    for number in tqdm([n for n in range(n_pieces) if n not in done], unit=" pieces", disable=None):
-        rows = count_piece(number)
+    missing = {n: [r for r in receivers if (n, r) not in done] for n in range(n_pieces)}
+    for number in tqdm([n for n in missing if missing[n]], unit=" pieces", disable=None):
+        rows = count_piece(number, missing[number])
         rows.to_csv(out, mode="a", index=False, header=not out.exists(), lineterminator="\n")
-    table = pd.read_csv(out)
+    table = pd.read_csv(out).sort_values(["piece", "receiver"], kind="stable")
+    table.to_csv(out, index=False, lineterminator="\n")
     return table[table["piece"] < n_pieces]
 
 
-def _count_file(file: Path) -> pd.DataFrame:
+def _count_file(file: Path, receivers: Sequence[str]) -> pd.DataFrame:
     """A recording in, its rows out, over its true length."""
     recording = open_recording(file)
     events = recording.read()
     if not events.size:
         raise ValueError(f"{file.name} holds no events, so there is nothing to count in; leave it out")
     seconds = (int(events["t"][-1]) - int(events["t"][0])) * 1e-6
-    table = add_up(count_ids(events, seconds, recording.width, recording.height))
+    table = add_up(count_ids(events, seconds, recording.width, recording.height, receivers=receivers))
     table.insert(0, "clutter", file.name)
     table["events"] = events.size
     return table

@@ -39,4 +39,4 @@ def stress(seeds: int, out: Path | None) -> None:
         rows.to_csv(target, mode="a", index=False, header=not target.exists(), lineterminator="\n")
     table = pd.read_csv(target)
     summary = over_seeds(table[table["seed"] < seeds], np.random.default_rng(0))
-    click.echo(summary.drop(columns=["unit", "distance_m"]).to_string(index=False, float_format="%.3g"))
+    click.echo(summary.drop(columns="distance_m").to_string(index=False, float_format="%.3g"))

@@ -93,15 +93,25 @@ def test_a_stopped_count_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytes
 
     asked = []
 
-    def counted(number: int) -> pd.DataFrame:
-        asked.append(number)
-        return count_piece(number, scene_s=0.1, scenes=1).assign(seconds=30.0)
+    def counted(number: int, receivers: list[str]) -> pd.DataFrame:
+        asked.append((number, *receivers))
+        return count_piece(number, receivers, scene_s=0.1, scenes=1).assign(seconds=30.0)
 
     monkeypatch.setattr(command_false_ids, "count_piece", counted)
     out = tmp_path / "counts.csv"
-    for hours, in_all in (("0.01", 2), ("0.02", 3), ("0.02", 3)):
+    both = ("paper", "soft")
+    runs = [
+        ("0.01", "both", [(0, *both), (1, *both)]),
+        ("0.02", "paper", [(2, "paper")]),
+        ("0.02", "both", [(2, "soft")]),
+        ("0.02", "both", []),
+    ]
+    for hours, receiver, missing in runs:
+        asked.clear()
         with pytest.raises(SystemExit) as ended:
-            main(["false-ids", "--hours", hours, "--out", str(out)])
+            main(["false-ids", "--hours", hours, "--receiver", receiver, "--out", str(out)])
         assert ended.value.code == 0
-        assert asked == list(range(in_all))
-    assert len(pd.read_csv(out)) == 3 * 2 * len(module.CHECKSUMS)
+        assert asked == missing
+    table = pd.read_csv(out)
+    assert len(table) == 3 * 2 * len(module.CHECKSUMS)
+    assert not table.duplicated(["piece", "receiver", "checksum"]).any()

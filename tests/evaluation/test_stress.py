@@ -127,7 +127,7 @@ def test_the_interval_over_seeds_covers_the_mean() -> None:
     rng = np.random.default_rng(0)
     inside = 0
     for _ in range(200):
-        low, high = bootstrap(rng.binomial(15, 0.6, 12) / 15, rng, n=300)
+        low, high = bootstrap(rng.binomial(15, 0.6, 12) / 15, 180, rng, n=300)
         inside += low <= 0.6 <= high
     assert inside >= 174  # 95 % asked, a little less with twelve seeds; 87 % would be found so often by chance
-    assert bootstrap(np.ones(10), rng) == (pytest.approx(0.7225, abs=1e-3), 1.0)
+    assert bootstrap(np.ones(10), 150, rng) == (pytest.approx(0.975, abs=1e-3), 1.0)
