@@ -45,6 +45,8 @@ from bicode_lab.recording_judge import (
 
 _WITNESSES = 5
 """So many later time words say whether one is to be believed."""
+_NEAR_STEPS = 16
+"""A time word that goes on no further than this from another speaks for it."""
 _SMALL_STEP_US = 16
 """A TIME_LOW that goes no further needs one witness only."""
 _BLANK_WORDS = 4
@@ -75,20 +77,22 @@ def _weigh_high(words: Ints, i: int, high: Int, turn: Int, final: bool) -> tuple
         if words[j] // turn != 8:
             continue
         later = _step(words[j] % turn, high, turn)
-        if witnesses == 0:
+        if witnesses == 0 and 0 <= step <= 1 and later >= step:
+            return _YES, value
+        if nearest < 0 and 0 <= later <= 2:
             nearest = later
-            if 0 <= step <= 1 and later >= step:
-                return _YES, value
         witnesses += 1
         if (later < step) if first else (0 <= later < step or step < 0 <= later):
             against += 1
+        elif step <= later <= step + _NEAR_STEPS:  # two damaged words seldom agree
+            against -= 1
         if witnesses == _WITNESSES:
             break
     if witnesses < _WITNESSES and not final:
         return _MORE, value
-    if 2 * against <= witnesses and (witnesses or step >= 0):
+    if against <= 0 and (witnesses or step >= 0):
         return _YES, value
-    if first or not 0 <= nearest <= 2:
+    if first or nearest < 0:
         return _NO, value
     return _YES, (high + nearest // 2) % turn  # the clock stands, or this word was the one between two others
 
@@ -114,8 +118,10 @@ def _believe_low(words: Ints, i: int, high: Int, low: Int, final: bool) -> int:
             pending = -1
             if witnesses == _WITNESSES:
                 break
-        elif (kind == 6 or (kind == 8 and other != high & 0xFFF)) and not under:
+        elif kind == 6 and not under:
             return _IDLE
+        elif kind == 8 and other != high & 0xFFF and not under:
+            return _YES if value >= low else _IDLE  # if that one is true, it sets the low bits anew
         elif kind == 6:
             pending = other
         elif kind == 8 and other != high & 0xFFF:

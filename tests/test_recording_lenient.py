@@ -59,6 +59,17 @@ def test_one_false_time_high_does_not_carry_the_clock_away(tmp_path):
         open_recording(tmp_path / "a.raw").read()
 
 
+def test_two_false_time_words_side_by_side_do_not_agree(tmp_path):
+    """Rows that became time words, twice in one slot: together they must not outweigh the words after them."""
+    body = [word for high in range(12) for word in (0x8000 | high, 0x6001, 0x0005, 0x2001)]
+    good, _ = lenient(tmp_path / "a.raw", evt3(*body))
+    body[4 * 5 + 3 : 4 * 5 + 3] = [0x80F6, 0x2001, 0x8147]
+    rows, dropped = lenient(tmp_path / "a.raw", evt3(*body))
+    assert set(good) - set(rows) <= {(1, 5, 0, 4096 * 5 + 1)}
+    assert set(rows) <= set(good)
+    assert dropped["time words that those after them contradict"] == 2
+
+
 def test_one_false_time_low_costs_the_events_under_it(tmp_path):
     body = [0x8001, 0x0005] + [word for low in range(20) for word in (0x6000 | low, 0x2001)]
     body[2 + 2 * 7] ^= 0x800
