@@ -51,7 +51,8 @@ def _count_clutter(hours: float, receivers: Sequence[str], out: Path) -> pd.Data
         done = set(zip(kept["piece"].tolist(), kept["receiver"].tolist(), strict=True))
     n_pieces = -int(-hours * 3600 // (SCENE_S * SCENES_A_PIECE))
     missing = {n: [r for r in receivers if (n, r) not in done] for n in range(n_pieces)}
-    for number in tqdm([n for n in missing if missing[n]], unit=" pieces", disable=None):
+    todo = sorted((n for n in missing if missing[n]), key=lambda n: -len(missing[n]))  # new scenes first
+    for number in tqdm(todo, unit=" pieces", disable=None):
         rows = count_piece(number, missing[number])
         rows.to_csv(out, mode="a", index=False, header=not out.exists(), lineterminator="\n")
     table = pd.read_csv(out).sort_values(["piece", "receiver"], kind="stable")

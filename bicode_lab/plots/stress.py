@@ -71,6 +71,6 @@ def draw_funnel(counts: pd.DataFrame, ax: Axes, *, stages: Sequence[str], of: st
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(FormatStrFormatter("%d"))
     ax.set_yticks(range(len(counts)), list(counts[of]))
-    ax.invert_yaxis()
+    ax.set_ylim(len(counts) - 0.5, -0.5)
     ax.grid(visible=False, axis="y")
     return ax
