@@ -2,6 +2,9 @@
 
 A search over the constants of `camera.sensor`: each try sends the packet to some hundred model
 pixels, lays their events over each other as `own_camera` does with the real ones, and compares.
+
+Where the time constant is not well below a chip, an edge's answer runs into the next one's, and the
+difference of the two delays comes out some microseconds off: send more slowly then.
 """
 
 from __future__ import annotations
