@@ -157,6 +157,12 @@ def test_packets_are_those_of_the_truth(tmp_path: Path, capsys: pytest.CaptureFi
         (["simulate", "{out}", "--payload", "300"], "payload"),
         (["simulate", "{out}", "--distance-m", "-1"], "distance_m"),
         (["simulate", "{out}", "--payload", "abc"], "abc"),
+        (["simulate", "{out}", "--current-ma", "inf"], "'inf' is not a number; write for example 2.5"),
+        (["simulate", "{out}", "--x-m", "nan"], "'nan' is not a number; write for example 2.5"),
+        (["decode", "{file}", "--f-id-hz", "300"], "choose --f-id-hz 425 or more"),
+        (["decode", "{file}", "--f-id-hz", "200", "--packets"], "choose --f-id-hz 213 or more"),
+        (["decode", "{file}", "--rate-hz", "504"], "--line-code uart"),
+        (["decode", "{file}", "--line-code", "uart", "--rate-hz", "504", "--packets"], "leave it out"),
     ],
 )
 def test_misuse_is_one_line_and_exit_code_2(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
+import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -14,12 +15,15 @@ import click
 from tqdm import tqdm
 
 from bicode_lab.events import Events
+from bicode_lab.lab.options import Number, Real
 from bicode_lab.marker import PacketFormat
-from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise
+from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise, settings_for
 from bicode_lab.recordings import Recording, open_recording
 from bicode_lab.soft import SoftSettings, UartLine, read_beacon, read_letters, recognise_soft
 
 Row = dict[str, Any]
+
+PERIOD_US, FRAME_2D_US = 33_000, 13_200  # the paper's (III-B), whatever the marker's bit rate
 
 SIGHTING_WIDTHS = {
     "t_us": 12, "track": 5, "x": 5, "y": 5, "w": 4, "h": 4, "id": 5, "reason": 10,
@@ -48,17 +52,17 @@ LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
     help="The paper's rule, or evidence weighed and combined over a second of a track (no poses).",
 )
 @click.option("--line-code", type=click.Choice(["bicode", "uart"]), default="bicode", show_default=True)
-@click.option("--rate-hz", type=float, help="Baud of a UART light.")
+@click.option("--rate-hz", type=Real(), help="Baud of a UART light.")
 @click.option("--manchester", type=click.Choice(["ieee", "thomas", "auto"]), default="ieee", show_default=True)
 @click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
-@click.option("--payload-bits", type=int, default=8, show_default=True)
-@click.option("--f-id-hz", type=float, default=1000.0, show_default=True, help="Bit rate of the marker.")
-@click.option("--delta-t-id-us", type=int, help="Bin of the LED's state; by default half a chip, 250 at 1 kHz.")
-@click.option("--width", type=int, help="Sensor [px], where the file does not say.")
-@click.option("--height", type=int, help="Sensor [px], where the file does not say.")
+@click.option("--payload-bits", type=Number(), default=8, show_default=True)
+@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate of the marker.")
+@click.option("--delta-t-id-us", type=Number(), help="Bin of the LED's state; by default half a chip, 250 at 1 kHz.")
+@click.option("--width", type=Number(), help="Sensor [px], where the file does not say.")
+@click.option("--height", type=Number(), help="Sensor [px], where the file does not say.")
 @click.option("--lenient", is_flag=True, help="Read the good events of a damaged file, and say what was dropped.")
-@click.option("--size-m", type=float, default=0.05, show_default=True, help="Side of the ArUco pattern, for the pose.")
-@click.option("--focal-px", type=float, default=1646.09, show_default=True, help="Focal length, for the pose.")
+@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the ArUco pattern, for the pose.")
+@click.option("--focal-px", type=Real(), default=1646.09, show_default=True, help="Focal length, for the pose.")
 def decode(
     file: Path, form: str, packets: bool, width: int | None, height: int | None, lenient: bool, **options: Any
 ) -> None:
@@ -77,11 +81,16 @@ def decode(
     z forward.
 
     With --line-code uart, FILE is one light that sends letters (start 0, 7 bits, even parity,
-    two stop bits; on is 1), such as a public beacon's .mat, and a row is a letter.
+    two stop bits; on is 1), such as a public beacon's .mat, and a row is a letter. Letters are
+    read by the soft receiver, whatever --receiver says.
     """
     if options.pop("line_code") == "uart":
+        if packets:
+            raise ValueError("--packets is for Bicode's packets; with --line-code uart a row is a letter, leave it out")
         _write(_letters(file, options["rate_hz"], width, height, form), LETTER_WIDTHS, form)
         return
+    if options["rate_hz"] is not None:
+        raise ValueError("--rate-hz is a UART light's; give --line-code uart with it, or a marker's as --f-id-hz")
     if file.suffix == ".mat":
         raise ValueError(
             f"{file} says nothing of x and y, so no marker can be found in it; read it with --line-code uart"
@@ -91,6 +100,8 @@ def decode(
         size = f"{recording.width}x{recording.height}"
         click.echo(f"{file}: does not say its sensor's size; {size} px assumed (--width, --height)", err=True)
     settings = _settings(options, recording)
+    if options["receiver"] == "paper":
+        _refuse_long_packets(settings.packet_format, periods=2 if packets else 1)
     if options["receiver"] == "soft":
         sightings = recognise_soft(_watched(recording), SoftSettings(receiver=settings))
     else:
@@ -131,18 +142,29 @@ def _settings(options: dict[str, Any], recording: Recording) -> ReceiverSettings
         f_id_hz=options["f_id_hz"],
         manchester="ieee" if convention == "auto" else convention,
     )
-    chip_us = packet_format.chip_us
-    bin_us = options["delta_t_id_us"]
-    return ReceiverSettings(
-        packet_format=packet_format,
+    times = {} if options["delta_t_id_us"] is None else {"delta_t_id_us": options["delta_t_id_us"]}
+    return settings_for(
+        packet_format,
         manchester=convention,
         width=recording.width,
         height=recording.height,
-        delta_t_id_us=max(1, int(chip_us / 2)) if bin_us is None else bin_us,
-        delta_t_blinker_us=min(33_000, round(4 * chip_us)),  # two bits, 2 ms at 1 kHz
+        delta_t_whole_us=PERIOD_US,
+        delta_t_2d_us=FRAME_2D_US,
         pattern_size_m=options["size_m"],
         focal_px=options["focal_px"],
+        **times,
     )
+
+
+def _refuse_long_packets(packet_format: PacketFormat, periods: int) -> None:
+    """The paper's rule reads a packet that is whole inside a period; with --packets it may cross one border."""
+    longest_us = periods * PERIOD_US
+    if packet_format.packet_us > longest_us:
+        least_hz = math.ceil(packet_format.f_id_hz * packet_format.packet_us / longest_us)
+        raise ValueError(
+            f"a packet of {packet_format.packet_us / 1000:g} ms (f_id_hz={packet_format.f_id_hz:g}) is never whole in "
+            f"{longest_us / 1000:g} ms and cannot be read; choose --f-id-hz {least_hz} or more, or --receiver soft"
+        )
 
 
 def _watched(recording: Recording) -> Iterator[Events]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from bicode_lab.lab.options import Number
+from bicode_lab.lab.options import Number, Real
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.workshop import Driver, draw_paper, draw_plate, leds, parts_list, to_pdf, to_svg, transmitter_text
 from bicode_lab.workshop.transmitter import FILE, PIN_D0
@@ -17,9 +17,9 @@ from bicode_lab.workshop.transmitter import FILE, PIN_D0
 @click.command()
 @click.option("--id", "payload", type=Number(), required=True, help="The blinked ID, for example 37 or 0x25.")
 @click.option("--out", type=click.Path(file_okay=True, path_type=Path), required=True, help="Folder for the files.")
-@click.option("--aruco-id", type=int, default=7, show_default=True, help="Which pattern of the dictionary.")
+@click.option("--aruco-id", type=Number(), default=7, show_default=True, help="Which pattern of the dictionary.")
 @click.option("--dictionary", default="DICT_4X4_50", show_default=True, help="One of OpenCV's.")
-@click.option("--size-m", type=float, default=0.05, show_default=True, help="Side of the plate.")
+@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate.")
 @click.option(
     "--glow",
     type=click.Choice(["black", "white"]),
@@ -28,16 +28,16 @@ from bicode_lab.workshop.transmitter import FILE, PIN_D0
     help="Which cells are engraved.",
 )
 @click.option("--led", type=click.Choice(["red", "ir"]), default="red", show_default=True, help="LED of III-A.")
-@click.option("--current-ma", type=float, help="While on; default: as bright as the paper's 5 cm plate.")
-@click.option("--supply-v", type=float, default=5.0, show_default=True, help="Supply of the LED.")
-@click.option("--led-forward-v", type=float, help="From the LED's data sheet.  [default: 2.1 red, 1.2 ir]")
-@click.option("--max-current-ma", type=float, help="Rating from the LED's data sheet.  [default: 40.9 red, 20.4 ir]")
-@click.option("--pin", type=int, default=PIN_D0, show_default=True, help="GPIO number; 26 is D0 of the XIAO RP2040.")
-@click.option("--f-id-hz", type=float, default=1000.0, show_default=True, help="Bit rate.")
-@click.option("--start-bits", type=int, default=3, show_default=True)
-@click.option("--payload-bits", type=int, default=8, show_default=True)
+@click.option("--current-ma", type=Real(), help="While on; default: as bright as the paper's 5 cm plate.")
+@click.option("--supply-v", type=Real(), default=5.0, show_default=True, help="Supply of the LED.")
+@click.option("--led-forward-v", type=Real(), help="From the LED's data sheet.  [default: 2.1 red, 1.2 ir]")
+@click.option("--max-current-ma", type=Real(), help="Rating from the LED's data sheet.  [default: 40.9 red, 20.4 ir]")
+@click.option("--pin", type=Number(), default=PIN_D0, show_default=True, help="GPIO; 26 is D0 of the XIAO RP2040.")
+@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate.")
+@click.option("--start-bits", type=Number(), default=3, show_default=True)
+@click.option("--payload-bits", type=Number(), default=8, show_default=True)
 @click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
-@click.option("--checksum-bits", type=int, default=3, show_default=True)
+@click.option("--checksum-bits", type=Number(), default=3, show_default=True)
 @click.option("--manchester", type=click.Choice(["ieee", "thomas"]), default="ieee", show_default=True)
 @click.option("--bit-order", type=click.Choice(["msb", "lsb"]), default="msb", show_default=True)
 def marker(payload: int, out: Path, pin: int, **options: Any) -> None:

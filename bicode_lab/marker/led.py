@@ -7,6 +7,7 @@ leaves through the engraved face, so its luminance is current over plate area (I
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,7 +51,7 @@ class LedWaveform:
 
     def __post_init__(self) -> None:
         encode_packet(self.payload, self.packet_format)  # refuses a payload that does not fit
-        if abs(self.clock_error_ppm) > 500_000:
+        if not abs(self.clock_error_ppm) <= 500_000:
             raise ValueError(f"clock_error_ppm={self.clock_error_ppm} is not in -500000 .. 500000")
         if not 0 <= self.rise_time_us < self.packet_format.chip_us / 2:
             raise ValueError(
@@ -122,8 +123,8 @@ def luminance_ratio(current_ma: float, size_m: float) -> float:
     >>> [round(luminance_ratio(i, s), 2) for i, s in [(2.7, 0.025), (10.7, 0.05), (40.9, 0.1)]]
     [1.01, 1.0, 0.96]
     """
-    if not current_ma >= 0:
-        raise ValueError(f"current_ma={current_ma} is negative; an LED takes 0 or more")
+    if not 0 <= current_ma < math.inf:
+        raise ValueError(f"current_ma={current_ma} is not an LED's; choose 0 or more")
     if not size_m > 0:
         raise ValueError(f"size_m={size_m} is not a plate; choose more than 0 m")
     return (current_ma / 10.7) * (0.05 / size_m) ** 2
