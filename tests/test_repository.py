@@ -84,7 +84,8 @@ def test_everything_the_package_needs_is_pinned():
     import tomllib
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    needed = [*project["dependencies"], *project["optional-dependencies"]["test"]]
+    extras = project["optional-dependencies"].values()
+    needed = [*project["dependencies"], *(line for extra in extras for line in extra)]
     pinned = (ROOT / "environment" / "requirements.txt").read_text(encoding="utf-8")
     for line in needed:
         name = re.match(r"[\w.-]+", line).group()
