@@ -6,6 +6,8 @@ section that states it; what the paper leaves open is not here.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 TITLE = "Bicode: A Hybrid Blinking Marker System for Event Cameras"
 
 # III-A, the marker unit
@@ -38,3 +40,22 @@ FIG_10_CURRENTS_MA = (2.7, 10.7, 40.9)  # IV-C
 FIG_11_CURRENT_MA = 20.4  # IV-D
 FIG_12_SPEEDS_M_PER_S = (0.105, 0.209, 0.314)  # IV-E
 FIG_14_SPEEDS_RPM = (16.0, 32.0, 64.0)  # IV-F
+
+
+class Range(NamedTuple):
+    """The farthest an ID was recognised under one condition, 350 lx, red LED."""
+
+    section: str
+    current_ma: float
+    size_m: float
+    yaw_deg: float
+    distance_m: float
+
+
+RANGES = (
+    Range("IV-A", 10.7, 0.05, 0.0, 20.0),
+    Range("IV-A", 21.3, 0.05, 0.0, 30.0),
+    Range("IV-C", 40.9, 0.1, 0.0, 40.0),  # "above 80% up to"
+    Range("IV-B", 10.7, 0.05, 80.0, 10.0),
+    Range("IV-C", 2.7, 0.025, 0.0, 7.5),
+)

@@ -1,0 +1,319 @@
+"""Will it be read from there?   size, current, distance, lens, light -> pixels, contrast, events, accuracy
+
+`edge_odds` runs the light path and the pixels of `camera` and gives the probability with which each
+pixel fires at an edge of the LED. The rest is counting:
+
+1. Region: a pixel is kept where the 3 x 3 pixels around it should show both polarities in
+   `min_blink_fraction` of the delta_t_blinker frames; kept pixels span the box that is read.
+2. Edge: seen where a bin of delta_t_ID holds more firing pixels than the gate, `led_gate` of a usual
+   bin's. Pixels fire each by itself, so their number is Poisson-binomial.
+3. Packet: a missed edge leaves a bit without its switch, so all must be seen: n rises, n falls and
+   the fall ahead of the start. q = P_on^n P_off^(n + 1), averaged over the payloads.
+4. Period: delta_t_whole holds k whole packets, or k - 1, by its phase (33 ms: two or one). One that
+   is read suffices: 1 - (1 - q)^k.
+
+Edges are taken as independent, given the pixels' thresholds and the marker's place within a pixel.
+Those stay for a whole recording, so the average over draws of them comes last. Left out: clutter, the
+readout, motion, and errors that a checksum lets pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from scipy import ndimage
+
+from bicode_lab.camera import Light, Optics, Placed, Pose, Scene, Still
+from bicode_lab.camera.glow import image_corners
+from bicode_lab.evaluation.edge_odds import EdgeOdds, edge_odds
+from bicode_lab.marker import Board, Marker, PacketFormat, encode_packet
+from bicode_lab.marker.unit import Band
+from bicode_lab.paper import RANGES
+from bicode_lab.recognition import ReceiverSettings
+from bicode_lab.recognition.regions import LEAST_MOMENTS, RegionFinder
+
+Floats = npt.NDArray[np.float64]
+
+MOST_PAYLOADS = 256  # so many, spread evenly, stand for all of a wider ID
+PHASES = 140  # moments of a packet at which a frame may begin
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkBudget:
+    """What reaches the sensor from one marker, and what the receiver makes of it.
+
+    Parameters
+    ----------
+    side_px : float
+        Side of the plate, if it faced the camera [px].
+    area_px : float
+        Area of the plate's image, its lit edge faces included [px].
+    light : float
+        current x (projected area / face area) / distance^2, relative to 10.7 mA facing at 1 m: what a
+        far marker's contrast goes with (luminance is current / area, and far away area is all that counts).
+    contrast : float
+        Highest log of lit over dark signal of any pixel.
+    events_on, events_off : float
+        Mean events of one ON and of one OFF edge, all pixels together.
+    edge_on, edge_off : float
+        Probability that such an edge is seen, 0 .. 1, mean over draws of thresholds and place.
+    packet : float
+        Probability that a whole packet is read, 0 .. 1.
+    accuracy : float
+        Expected share of periods with the right ID, 0 .. 1.
+    """
+
+    side_px: float
+    area_px: float
+    light: float
+    contrast: float
+    events_on: float
+    events_off: float
+    edge_on: float
+    edge_off: float
+    packet: float
+    accuracy: float
+
+
+def link_budget(
+    *,
+    size_m: float = 0.05,
+    current_ma: float = 10.7,
+    distance_m: float = 20.0,
+    optics: Optics | None = None,
+    illuminance_lux: float = 350.0,
+    band: Band = "visible",
+    yaw_deg: float = 0.0,
+    receiver: ReceiverSettings | None = None,
+    seed: int = 0,
+) -> LinkBudget:
+    """A marker, where it is, a lens and the light in; the link's budget out. The defaults are the paper's.
+
+    Parameters
+    ----------
+    size_m, current_ma : float
+        Side of the plate [m] and LED current [mA].
+    distance_m, yaw_deg : float
+        Along the optical axis [m], and out of plane [deg].
+    optics : Optics, optional
+        Sensor, lens and filter; None takes the paper's.
+    illuminance_lux : float
+        Of the surroundings.
+    band : {"visible", "infrared"}
+    receiver : ReceiverSettings, optional
+        None takes the paper's; its packet format is what the marker sends.
+    seed : int
+        For the pixels' thresholds.
+
+    Examples
+    --------
+    >>> near, far = link_budget(distance_m=2.5), link_budget(distance_m=60)
+    >>> round(near.side_px, 1), round(near.accuracy, 2), round(far.accuracy, 2)
+    (32.9, 1.0, 0.0)
+    """
+    receiver = receiver or ReceiverSettings()
+    board = Board(size_m=size_m)
+    marker = Marker(board=board, current_ma=current_ma, band=band, packet_format=receiver.packet_format, payload=1)
+    placed = Placed(marker=marker, path=Still(Pose.facing(distance_m, yaw_deg=yaw_deg)))
+    scene = Scene(markers=(placed,), optics=optics or Optics(), light=Light(illuminance_lux=illuminance_lux))
+    return budget_of(scene, receiver, seed=seed)
+
+
+def budget_of(scene: Scene, receiver: ReceiverSettings | None = None, *, seed: int = 0) -> LinkBudget:
+    """Any scene in, the budget of its first marker as it is at the start, and of that receiver, out."""
+    receiver = receiver or ReceiverSettings(packet_format=scene.markers[0].marker.packet_format)
+    marker, pose = scene.markers[0].marker, scene.marker_pose(0, 0.0)
+    odds = edge_odds(scene, receiver.delta_t_id_us, seed)
+    seen = edges_seen(odds, marker, receiver)
+    packet = (seen[:, 1, None] ** rises_of(marker.packet_format)) * (
+        seen[:, 0, None] ** (rises_of(marker.packet_format) + 1)
+    )
+    many, few = whole_packets(receiver.delta_t_whole_us / marker.packet_format.packet_us)
+    accuracy = sum(share * (1 - (1 - packet) ** k) for k, share in (many, few))
+    distance_m = float(np.linalg.norm(pose.position_m))
+    side_px = marker.board.size_m * scene.optics.focal_px / distance_m
+    hull = cv2.convexHull(image_corners(marker.board, pose, scene.optics).astype(np.float32))
+    area_px = float(cv2.contourArea(hull))
+    return LinkBudget(
+        side_px=side_px,
+        area_px=area_px,
+        light=marker.current_ma / 10.7 * area_px / side_px**2 / distance_m**2,
+        contrast=odds.contrast,
+        events_on=odds.events[1],
+        events_off=odds.events[0],
+        edge_on=float(seen[:, 1].mean()),
+        edge_off=float(seen[:, 0].mean()),
+        packet=float(packet.mean()),
+        accuracy=float(np.mean(accuracy)),
+    )
+
+
+def edges_seen(odds: EdgeOdds, marker: Marker, receiver: ReceiverSettings) -> Floats:
+    """Pixels' odds in; probability that an OFF and an ON edge is seen in the box found, shape (draws, 2), out."""
+    seen = np.zeros((odds.odds.shape[0], 2))
+    for draw, (of_bins, of_chip) in enumerate(zip(odds.odds, odds.fires, strict=True)):
+        box = expected_box(of_chip, marker, receiver)
+        if box is not None:
+            for side in (0, 1):
+                inside = of_bins[side][:, box[0], box[1]]
+                seen[draw, side] = edge_seen(inside.reshape(inside.shape[0], -1), receiver.led_gate)
+    return seen
+
+
+def expected_box(of_chip: Floats, marker: Marker, receiver: ReceiverSettings) -> tuple[slice, slice] | None:
+    """Odds of an OFF and an ON edge, shape (2, rows, columns), in; rows and columns of the region, or None, out."""
+    finder = RegionFinder(replace(receiver, width=1, height=1))
+    misses = np.exp(9 * ndimage.uniform_filter(np.log(1 - np.minimum(of_chip, 1 - 1e-9)), (0, 3, 3), mode="constant"))
+    rises, falls = _edges_a_frame(marker, finder.span * finder.bin_us)
+    votes = np.zeros(of_chip.shape[1:])
+    for (n_on, n_off), share in _shares(rises, falls).items():
+        votes += finder.n_frames * share * (1 - misses[1] ** n_on) * (1 - misses[0] ** n_off)
+    moments = of_chip.sum(0) * rises_of(marker.packet_format).mean()
+    moments *= receiver.delta_t_whole_us / marker.packet_format.packet_us
+    kept = (votes >= finder.min_votes) & (moments >= LEAST_MOMENTS)
+    if kept.sum() < receiver.min_region_pixels:
+        return None
+    rows, columns = np.flatnonzero(kept.any(1)), np.flatnonzero(kept.any(0))
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+
+
+def edge_seen(odds: Floats, led_gate: float) -> float:
+    """Odds of each bin and pixel, shape (bins, n), in; probability that some bin holds more than the gate out.
+
+    The gate is `led_gate` of a usual bin's count, E[N^2] / E[N] over the bins, as in `recognition.led_state`.
+
+    Examples
+    --------
+    >>> edge_seen(np.array([[0.5, 0.5]]), led_gate=0.0)
+    0.75
+    """
+    mean = odds.sum(1)
+    if not mean.sum() > 0:
+        return 0.0
+    gate = led_gate * float((mean**2 + (odds * (1 - odds)).sum(1)).sum() / mean.sum())
+    missed = [at_most(row, int(np.floor(gate))) for row in odds]
+    return float(1 - np.prod(missed))
+
+
+def at_most(odds: Floats, most: int) -> float:
+    """Probabilities of independent things in; that of at most `most` of them happening out (Poisson-binomial).
+
+    Examples
+    --------
+    >>> round(at_most(np.array([0.5, 0.5, 0.5]), 1), 3)
+    0.5
+    """
+    happens = odds[odds > 0]
+    mean = happens.sum()
+    if mean - most > 8 * np.sqrt(mean) + 8:  # beyond eight standard deviations
+        return 0.0
+    chance = np.zeros(most + 1)
+    chance[0] = 1.0
+    for p in happens:
+        chance[1:] = chance[1:] * (1 - p) + chance[:-1] * p
+        chance[0] *= 1 - p
+    return float(chance.sum())
+
+
+@lru_cache
+def rises_of(packet_format: PacketFormat) -> npt.NDArray[np.int64]:
+    """A format in, how many ON edges a packet has, for every payload (for evenly spread ones of a wide ID), out.
+
+    Examples
+    --------
+    >>> rises = rises_of(PacketFormat())
+    >>> rises.size, int(rises.min()), int(rises.max())
+    (256, 6, 11)
+    """
+    payloads = np.unique(np.linspace(0, 2**packet_format.payload_bits - 1, MOST_PAYLOADS).astype(np.int64))
+    return np.array([int((np.diff(encode_packet(int(p), packet_format).astype(int)) > 0).sum()) for p in payloads])
+
+
+def whole_packets(periods: float) -> tuple[tuple[int, float], tuple[int, float]]:
+    """How many packets long a period is in; how many it may hold whole, and with what share of phases, out.
+
+    Examples
+    --------
+    >>> (two, often), (one, oftener) = whole_packets(33 / 14)
+    >>> two, round(often, 2), one, round(oftener, 2)
+    (2, 0.36, 1, 0.64)
+    """
+    whole = int(np.floor(periods))
+    return (whole, periods - whole), (max(whole - 1, 0), 1 - (periods - whole))
+
+
+def _edges_a_frame(marker: Marker, frame_us: float) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """A marker and a frame's length in; rises and falls in a frame, for moments all over a packet, out."""
+    packet_us = marker.packet_format.packet_us
+    wave = replace(marker, rise_time_us=0.0, clock_error_ppm=0.0, phase_us=0.0).waveform
+    times, levels = wave.steps(0, 2 * packet_us + frame_us)
+    starts = (np.arange(PHASES) + 0.5) / PHASES * packet_us
+    times, rising = times[1:], levels[1:] > 0
+    counts = [
+        np.searchsorted(times[of], starts + frame_us) - np.searchsorted(times[of], starts) for of in (rising, ~rising)
+    ]
+    return counts[0], counts[1]
+
+
+def _shares(rises: npt.NDArray[np.int64], falls: npt.NDArray[np.int64]) -> dict[tuple[int, int], float]:
+    """Rises and falls of frames in; the share of frames with each pair of numbers out."""
+    pairs, counts = np.unique(np.stack([rises, falls]), axis=1, return_counts=True)
+    return {(int(a), int(b)): float(n / rises.size) for a, b, n in zip(*pairs, counts, strict=True)}
+
+
+def range_m(of: Callable[[float], float], guess_m: float, share: float = 0.5) -> float:
+    """A falling function of distance [m], such as accuracy, in; the distance at which it crosses `share` out [m].
+
+    Halves an interval of the logarithm, from half of the guess to twice it, to 2 %.
+
+    Raises
+    ------
+    ValueError
+        Where it does not cross there.
+
+    Examples
+    --------
+    >>> round(range_m(lambda distance_m: 10 / distance_m, guess_m=30), 0)
+    20.0
+    """
+    low, high = guess_m / 2, guess_m * 2
+    if not of(low) >= share > of(high):
+        raise ValueError(f"it does not fall through {share} between {low:g} and {high:g} m; give another guess_m")
+    while high / low > 1.02:
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if of(middle) >= share else (low, middle)
+    return float(np.sqrt(low * high))
+
+
+def paper_ranges(seed: int = 0) -> pd.DataFrame:
+    """Nothing but a seed in; the paper's five ranges beside those of the budget out, a row each.
+
+    Returns
+    -------
+    DataFrame
+        Condition (``section``, ``current_ma``, ``size_m``, ``yaw_deg``), ``paper_m``, ``budget_m`` (half of the
+        periods right), ``share`` (projected over face area there) and ``light_ma`` (current times share).
+    """
+    rows = []
+    for stated in RANGES:
+        condition = stated._asdict()
+        section, paper_m = condition.pop("section"), condition.pop("distance_m")
+
+        def accuracy(distance_m: float, condition: dict[str, float] = condition) -> float:
+            return link_budget(**condition, distance_m=distance_m, seed=seed).accuracy  # type: ignore[arg-type]
+
+        budget_m = range_m(accuracy, paper_m)
+        there = link_budget(**condition, distance_m=budget_m, seed=seed)
+        share = there.area_px / there.side_px**2
+        light_ma = condition["current_ma"] * share
+        rows.append(
+            {"section": section, **condition, "paper_m": paper_m, "budget_m": budget_m, "share": share,
+             "light_ma": light_ma}
+        )  # fmt: skip
+    return pd.DataFrame(rows)
