@@ -98,7 +98,7 @@ class Lamp:
 
     Parameters
     ----------
-    flicker : Flicker
+    flicker : Waveform
     path : Path
         Where it is; it faces the camera, however it is turned.
     width_m, height_m : float
@@ -106,7 +106,7 @@ class Lamp:
         Its signal at the brightest over that of the office's wall.
     """
 
-    flicker: Flicker = field(default_factory=Flicker)
+    flicker: Waveform = field(default_factory=Flicker)
     path: Path = field(default_factory=lambda: Still(Pose.facing(5.0)))
     width_m: float = 0.05
     height_m: float = 0.05

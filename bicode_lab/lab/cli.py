@@ -26,6 +26,7 @@ COMMANDS = {
     "stress": ("command_stress", "stress", "Accuracy of both receivers as recordings get worse."),
     "run": ("command_run", "run", "Run one notebook with other parameters."),
     "figures": ("command_run", "figures", "Run every notebook and write every figure."),
+    "bench": ("command_bench", "bench", "Measure how fast this is on this machine."),
     "doctor": ("command_doctor", "doctor", "Check that everything needed is here and works."),
 }
 
