@@ -88,6 +88,54 @@ def accuracy(right: npt.ArrayLike) -> tuple[float, float, float]:
     return float(result.statistic), float(interval.low), float(interval.high)
 
 
+def bootstrap(
+    shares: npt.NDArray[np.float64], n_periods: int, rng: np.random.Generator, n: int = 2000
+) -> tuple[float, float]:
+    """One share a seed and the number of all periods in, the 95 % interval of their mean, drawn over seeds, out.
+
+    Where every period of every seed was right, or wrong, there is nothing to draw from; then it is
+    Wilson's interval over the periods, which takes them as independent.
+    """
+    if (shares == shares[0]).all() and shares[0] in (0.0, 1.0):
+        edge = 1.96**2 / (n_periods + 1.96**2)
+        return (0.0, edge) if shares[0] == 0 else (1.0 - edge, 1.0)
+    means = rng.choice(shares, (n, shares.size)).mean(axis=1)
+    return float(np.quantile(means, 0.025)), float(np.quantile(means, 0.975))
+
+
+def over_seeds(
+    table: pd.DataFrame, by: list[str], right: str = "id_right", rng: np.random.Generator | None = None
+) -> pd.DataFrame:
+    """Rows of trials in, a row for each of their conditions out: the accuracy and its 95 % interval over seeds.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row for each trial: the columns of `by`, ``periods``, and that of `right`, a count of right periods.
+    by : list of str
+        Columns that tell conditions apart.
+    right : str
+    rng : numpy.random.Generator, optional
+        Of the bootstrap; without it the same draws every time.
+
+    Returns
+    -------
+    DataFrame
+        The columns of `by`; ``seeds`` and ``periods`` (counts), ``accuracy``, the mean of the seeds' shares,
+        ``low`` and ``high``.
+    """
+    rng = np.random.default_rng(0) if rng is None else rng
+    seen = table[table["periods"] > 0]
+    rows = []
+    for key, group in seen.groupby(by, sort=False, dropna=False):
+        shares = (group[right] / group["periods"]).to_numpy(float)
+        periods = int(group["periods"].sum())
+        low, high = bootstrap(shares, periods, rng)
+        told = {"seeds": shares.size, "periods": periods, "accuracy": shares.mean(), "low": low, "high": high}
+        rows.append({**dict(zip(by, key, strict=True)), **told})
+    return pd.DataFrame(rows, columns=[*by, "seeds", "periods", "accuracy", "low", "high"])
+
+
 def _is_at(sighting: Sighting, truth: MarkerTruth) -> bool:
     """True where the middle of the sighting lies on the marker."""
     left, top, width, height = truth.box_px

@@ -20,12 +20,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from bicode_lab.camera import Optics, Placed, Pose, Readout, Recorder, Scene, Still, truth_at
 from bicode_lab.camera.readout import ReadoutQueue
-from bicode_lab.evaluation.accuracy import Periods, score
+from bicode_lab.evaluation.accuracy import Periods, bootstrap, score
 from bicode_lab.evaluation.false_ids import NowAndThen
 from bicode_lab.events import EVENT_DTYPE, Events, copy_events, join, make_events, merge
 from bicode_lab.marker import Marker
@@ -205,21 +204,6 @@ def over_seeds(table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
             }
         )  # fmt: skip
     return pd.DataFrame(rows)
-
-
-def bootstrap(
-    shares: npt.NDArray[np.float64], n_periods: int, rng: np.random.Generator, n: int = 2000
-) -> tuple[float, float]:
-    """One share a seed and the number of all periods in, the 95 % interval of their mean, drawn over seeds, out.
-
-    Where every period of every seed was right, or wrong, there is nothing to draw from; then it is
-    Wilson's interval over the periods, which takes them as independent.
-    """
-    if (shares == shares[0]).all() and shares[0] in (0.0, 1.0):
-        edge = 1.96**2 / (n_periods + 1.96**2)
-        return (0.0, edge) if shares[0] == 0 else (1.0 - edge, 1.0)
-    means = rng.choice(shares, (n, shares.size)).mean(axis=1)
-    return float(np.quantile(means, 0.025)), float(np.quantile(means, 0.975))
 
 
 def _as_tuple(key: object) -> Iterable[object]:

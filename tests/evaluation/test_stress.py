@@ -9,7 +9,6 @@ from bicode_lab.evaluation.stress import (
     STRESSORS,
     add_hot_pixels,
     add_noise,
-    bootstrap,
     jitter_times,
     lose_events,
     over_seeds,
@@ -121,13 +120,3 @@ def test_every_stressor_is_known_and_begins_with_none_of_it() -> None:
     for stressor in STRESSORS:
         best = max(stressor.levels) if stressor.name == "readout" else 0
         assert stressor.levels[0] == best
-
-
-def test_the_interval_over_seeds_covers_the_mean() -> None:
-    rng = np.random.default_rng(0)
-    inside = 0
-    for _ in range(200):
-        low, high = bootstrap(rng.binomial(15, 0.6, 12) / 15, 180, rng, n=300)
-        inside += low <= 0.6 <= high
-    assert inside >= 174  # 95 % asked, a little less with twelve seeds; 87 % would be found so often by chance
-    assert bootstrap(np.ones(10), 150, rng) == (pytest.approx(0.975, abs=1e-3), 1.0)
