@@ -22,9 +22,8 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from bicode_lab.camera import Optics, Recorder, Scene, truth_at
-from bicode_lab.evaluation.accuracy import Periods, accuracy, score
+from bicode_lab.evaluation.accuracy import Periods, accuracy, bootstrap, score
 from bicode_lab.evaluation.choice import Choice, remarks
-from bicode_lab.evaluation.stress import bootstrap
 from bicode_lab.events import Events, copy_events, join, slice_time
 from bicode_lab.recognition import Sighting, accumulate, recognise
 from bicode_lab.recognition.sighting import packet_rows
