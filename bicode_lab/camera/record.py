@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.camera.background import Wall, fire_background
+from bicode_lab.camera.background import Wall
 from bicode_lab.camera.glow import Box
 from bicode_lab.camera.lamp import Lamp, LampImage
 from bicode_lab.camera.motion import Path, Pose, Still
@@ -16,6 +16,7 @@ from bicode_lab.camera.optics import Light, Optics, ambient_signal
 from bicode_lab.camera.patch import Patch, PlateImage
 from bicode_lab.camera.readout import Readout, ReadoutQueue
 from bicode_lab.camera.sensor import PixelModel, PixelState, fire_lit_pixels, sort_by_time, start_pixels
+from bicode_lab.camera.wall_pixels import fire_wall_pixels, settle
 from bicode_lab.events import EVENT_DTYPE, Events, join, no_events
 from bicode_lab.marker import Marker
 
@@ -110,6 +111,8 @@ class Recorder:
         self._plates: list[PlateImage | LampImage] = [PlateImage(placed.marker, scene) for placed in scene.markers]
         self._plates += [LampImage(lamp, scene) for lamp in scene.lamps]
         self._state = self._settled_pixels()
+        self._asleep = np.zeros(self._state.level.size, bool)
+        self._last_view = np.eye(3)
         self._hot = self._pick_hot_pixels()
         self._boxes: list[Box] = []
         self._patches: list[Patch] | None = None
@@ -191,23 +194,33 @@ class Recorder:
         """Run every pixel that can fire through a span of time, cut where something has moved."""
         if self._patches is None or not self.scene.is_still:
             self._patches = self._draw(cuts)
-        taken = None
-        if self.scene.wall is not None and not self.scene.camera.is_still:
-            taken = np.zeros(self._state.level.size, bool)
         for patch in self._patches:
-            if taken is not None:
-                taken[patch.index] = True
+            self._settle(patch)
             chosen = patch.awake(self._state, self.scene.pixel_model)
             lit = (chosen.index, chosen.ambient, chosen.glow, *patch.schedule(cuts))
             self._run(fire_lit_pixels, chosen.index.size, lit)
-        if taken is not None:
-            wall = self.scene.wall
-            assert wall is not None
-            views = np.stack([self._wall_view(t * 1e-6) for t in (cuts[:-1] + cuts[1:]) / 2])
-            moments = np.round(cuts[:-1] * 16).astype(np.int64)
-            seen = (self.scene.optics.width, taken, wall.log_image, wall.lowest, wall.highest, self._log_ambient(),
-                    views, cuts, moments)  # fmt: skip
-            self._run(fire_background, taken.size, seen)
+        if self.scene.wall is not None and not self.scene.camera.is_still:
+            self._expose_wall(self.scene.wall, cuts, self._patches)
+
+    def _settle(self, patch: Patch) -> None:
+        """Pixels that were asleep before the wall are to be lit: they get the level they have."""
+        wall, width = self.scene.wall, self.scene.optics.width
+        if wall is not None:
+            settle(patch.index, width, self._asleep, wall.repeated, self._last_view, self._log_ambient(),
+                   self._state.level)  # fmt: skip
+
+    def _expose_wall(self, wall: Wall, cuts: npt.NDArray[np.float64], patches: list[Patch]) -> None:
+        """Run the pixels that nothing lights through the span."""
+        optics = self.scene.optics
+        taken = np.zeros(self._state.level.size, bool)
+        for patch in patches:
+            taken[patch.index] = True
+        views = np.stack([self._wall_view(t * 1e-6) for t in (cuts[:-1] + cuts[1:]) / 2])
+        moments = np.round(cuts[:-1] * 16).astype(np.int64)
+        seen = (optics.width, taken, self._asleep, wall.repeated, *wall.extremes(views, optics), self._log_ambient(),
+                self._last_view, views, cuts, moments)  # fmt: skip
+        self._run(fire_wall_pixels, optics.height, seen)
+        self._last_view = views[-1]
 
     def _draw(self, cuts: npt.NDArray[np.float64]) -> list[Patch]:
         """The plates' images at every step of a span, those that share pixels together."""

@@ -119,9 +119,15 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
 
 
 @nb.njit(inline="always")
-def _noise_of(seed: np.uint64, pixel: int, moment: int) -> float:
-    """A standard normal number (sum of four uniform ones) that belongs to a pixel and a moment."""
-    z = seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15)) ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
+def noise_key(seed: np.uint64, pixel: int) -> np.uint64:
+    """A seed and a pixel in, what `noise_from` wants of them out."""
+    return seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15))
+
+
+@nb.njit(inline="always")
+def noise_from(key: np.uint64, moment: int) -> float:
+    """A pixel's key and a moment in, a standard normal number (sum of four uniform ones) that is theirs out."""
+    z = key ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
@@ -214,6 +220,7 @@ def fire_lit_pixels(
         at = index[i]
         v, ref, free = float(level[at]), float(reference[at]), free_us[at]
         on, off = float(threshold_on[at]), float(threshold_off[at])
+        key = noise_key(seed, at)
         # An LED that jumps between two levels gives two logarithms; they are kept.
         signal_a = signal_b = -1.0
         log_a = log_b = 0.0
@@ -226,7 +233,7 @@ def fire_lit_pixels(
                 signal_a, signal_b, log_a, log_b = signal_b, signal_a, log_b, log_a
                 if signal != signal_a:
                     signal_a, log_a = signal, np.log(signal)
-            target = log_a + noise * _noise_of(seed, at, moments[k])
+            target = log_a + noise * noise_from(key, moments[k])
             v, ref, free, count = _follow(
                 edges[k], edges[k + 1], target, tau_us / signal, v, ref, free,
                 on, off, dead, delay_on, delay_off, at, pixels, times, count,

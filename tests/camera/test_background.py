@@ -22,8 +22,9 @@ from bicode_lab.camera import (
     record,
     textured_wall,
 )
-from bicode_lab.camera.background import TILE, fire_background
+from bicode_lab.camera.motion import turn_about
 from bicode_lab.camera.sensor import fire_lit_pixels, start_pixels
+from bicode_lab.camera.wall_pixels import fast_exp, fire_wall_pixels
 from bicode_lab.events import check_events
 from bicode_lab.marker import Marker
 
@@ -87,15 +88,35 @@ def test_a_bundled_picture_has_the_contrast_asked_for_and_no_seam(name):
     assert np.abs(wall.log_image[:, -1] - wall.log_image[:, 0]).max() <= steps.max()
 
 
-def test_tiles_hold_the_extremes_of_their_surroundings():
-    wall = noisy_wall()
-    tiles = (np.array(wall.log_image.shape) // TILE).tolist()
-    assert wall.lowest.shape == wall.highest.shape == tuple(tiles)
-    for r, c in [(0, 0), (3, 5), (tiles[0] - 1, tiles[1] - 1)]:
-        rows = np.arange((r - 1) * TILE, (r + 2) * TILE) % wall.log_image.shape[0]
-        columns = np.arange((c - 1) * TILE, (c + 2) * TILE) % wall.log_image.shape[1]
-        around = wall.log_image[np.ix_(rows, columns)]
-        assert (wall.lowest[r, c], wall.highest[r, c]) == (around.min(), around.max())
+@pytest.mark.parametrize("way_px", [0.0, 0.6, 5.0])
+def test_extremes_are_those_of_every_path_of_a_span(way_px):
+    wall = noisy_wall(texel_m=0.4 * PIXEL_M)
+    starts = Pose(turn_about("z", 20)), Pose(turn_about("z", 20) @ turn_about("y", 3))
+    for start in starts:
+        poses = [Pose(start.rotation, np.array([x * PIXEL_M, 0.2 * x * PIXEL_M, 0])) for x in np.linspace(0, way_px, 9)]
+        views = np.stack([wall.from_pixels(pose, SMALL) for pose in poses])
+        lowest, highest = wall.extremes(views, SMALL)
+        seen = np.stack([wall.log_reflectance(view, 0, 0, SMALL.width, SMALL.height) for view in views])
+        y, x = np.mgrid[: SMALL.height, : SMALL.width]
+        u = np.stack([x, y, np.ones_like(x)], -1) @ views[len(views) // 2].T
+        column, row = (np.floor(u[..., i] / u[..., 2]).astype(int) % wall.log_image.shape[1 - i] for i in (0, 1))
+        assert (lowest[row, column] <= seen.min(0) + 1e-6).all()
+        assert (highest[row, column] >= seen.max(0) - 1e-6).all()
+        # They are no wider than they need to be: the light's own range on a path, and a few points more.
+        assert np.mean(highest[row, column] - lowest[row, column]) < np.mean(np.ptp(seen, axis=0)) + 1.0
+
+
+def test_beyond_a_long_way_every_pixel_is_followed():
+    wall = noisy_wall(texel_m=0.1 * PIXEL_M)
+    views = np.stack([wall.from_pixels(Pose(position_m=np.array([x * PIXEL_M, 0, 0])), SMALL) for x in range(6)])
+    lowest, highest = wall.extremes(views, SMALL)
+    assert np.isneginf(lowest).all()
+    assert np.isposinf(highest).all()
+
+
+def test_the_fast_exponential_is_the_exponential():
+    x = np.concatenate([np.linspace(-600, 600, 2001), np.linspace(-1e-3, 1e-3, 101)])
+    np.testing.assert_allclose([fast_exp(v) for v in x], np.exp(x), rtol=2e-11)
 
 
 # -- pixels
@@ -104,11 +125,11 @@ def test_tiles_hold_the_extremes_of_their_surroundings():
 @pytest.mark.parametrize("texel_px", [1.0, 0.25], ids=["a point a pixel", "four points a pixel"])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
-    """The kernel of the wall, with its short cut over calm tiles, against the kernel of the marker."""
-    # Lively stripes, a tile wide, in a calm wall. At four points a pixel the 5 px of a span lead from
-    # a tile with none beside it into a stripe, so the short cut must not be taken.
+    """The kernel of the wall, row by row and with its short cut over calm places, against the kernel of the marker."""
+    # Lively stripes in a calm wall. At four points a pixel the 5 px of a span lead from a calm place
+    # across a whole stripe, so the short cut must not be taken.
     image = noisy_wall(3, shape=(64, 160)).log_image
-    image = np.where(np.arange(160) // TILE % 5 == 2, 2 * image, 0)
+    image = np.where(np.arange(160) // 8 % 5 == 2, 2 * image, 0)
     wall, n, stretches = Wall(log_image=image, texel_m=texel_px * PIXEL_M), SMALL.width * SMALL.height, 20
     model = PixelModel(threshold_spread=0.03, noise=noise)
     signal = np.exp(wall.log_reflectance(wall.from_pixels(Pose(), SMALL), 0, 0, SMALL.width, SMALL.height))
@@ -117,7 +138,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
         state = start_pixels(signal.ravel(), model, np.random.default_rng(0))
         memory = (state.level, state.reference, state.free_us, state.threshold_on, state.threshold_off)
         settings = (np.uint64(99), noise, 150.0, 50.0, 20.0, 30.0)
-        events = []
+        events, asleep, last_view = [], np.zeros(n, bool), np.eye(3)
         for span in range(4):  # state is carried from span to span
             edges = np.linspace(0, 10_000, stretches + 1) + 10_000 * span
             moments = np.round(edges[:-1] * 16).astype(np.int64)
@@ -125,10 +146,12 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
             views = np.stack([wall.from_pixels(pose, SMALL) for pose in poses])
             pixels, times = np.empty(1 << 20, np.uint32), np.empty(1 << 20)
             if kind == "wall":
-                done, count = fire_background(
-                    0, SMALL.width, np.zeros(n, bool), wall.log_image, wall.lowest, wall.highest, 0.0, views, edges,
-                    moments, *memory, *settings, pixels, times, 0,
+                done, count = fire_wall_pixels(
+                    0, SMALL.width, np.zeros(n, bool), asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0,
+                    last_view, views, edges, moments, *memory, *settings, pixels, times, 0,
                 )  # fmt: skip
+                last_view = views[-1]
+                assert 0.05 < asleep.mean() < 0.95
             else:
                 seen = [wall.log_reflectance(v, 0, 0, SMALL.width, SMALL.height).ravel() for v in views]
                 done, count = fire_lit_pixels(
@@ -136,7 +159,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
                     edges, moments, np.zeros((stretches, 1), np.float32), np.arange(stretches, dtype=np.int32),
                     *memory, *settings, pixels, times, 0,
                 )  # fmt: skip
-            assert done == n
+            assert done == (SMALL.height if kind == "wall" else n)
             events.append(np.stack([pixels[:count], times[:count]]))
         events = np.concatenate(events, axis=1)
         found.append(events[:, np.lexsort((events[1], events[0]))])
