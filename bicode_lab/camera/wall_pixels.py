@@ -30,17 +30,10 @@ def fast_exp(x: float) -> float:
     """The exponential of x, -700 < x < 700, to a part in 1e11; written out, so that a loop of it needs no call."""
     n = np.floor(x * LOG2_E + 0.5)
     r = (x - n * LN_2_HIGH) - n * LN_2_LOW
-    p = 1 + r / 9
-    p = 1 + r / 8 * p
-    p = 1 + r / 7 * p
-    p = 1 + r / 6 * p
-    p = 1 + r / 5 * p
-    p = 1 + r / 4 * p
-    p = 1 + r / 3 * p
-    p = 1 + r / 2 * p
-    p = 1 + r * p
+    upper = 1 + r / 6 * (1 + r / 7 * (1 + r / 8 * (1 + r / 9)))
+    p = 1 + r * (1 + r / 2 * (1 + r / 3 * (1 + r / 4 * (1 + r / 5 * upper))))
     power = np.int64((np.int64(n) + 1023) << 52)
-    return p * power.view(np.float64)
+    return float(p * power.view(np.float64))
 
 
 @nb.njit(cache=True, error_model="numpy")
