@@ -9,6 +9,8 @@ Five stressors act on the events of a recording, one on the marker itself:
     clock        the transmitter's clock is off [ppm]
     readout      the link carries so many events a second; more are lost [Mev/s]
 
+Distance (`DISTANCE`) is the seventh condition and no damage; `evaluation.reach` makes ranges of it.
+
 A recording of a second and a half is judged over its last half second, so that a receiver which
 combines a second of evidence has it. Every seed has a payload, a phase, pixels and a sub-pixel
 place of its own; intervals are taken over seeds.
@@ -97,14 +99,18 @@ class Stressor:
     name, label : str
     levels : tuple of float
         From none to the worst.
-    distance_m : float
-        Of the marker.
+    distance_m : float, optional
+        Of the marker; None where the level is the distance.
     """
 
     name: str
     label: str
     levels: tuple[float, ...]
-    distance_m: float
+    distance_m: float | None
+
+    def distance_at(self, level: float) -> float:
+        """A level in, how far the marker is then [m] out."""
+        return level if self.distance_m is None else self.distance_m
 
 
 FAR_M = 20.0
@@ -117,6 +123,12 @@ STRESSORS = (
     Stressor(name="jitter", label="time jitter, one sigma (us)", levels=(0, 25, 50, 100, 150, 200), distance_m=FAR_M),
     Stressor(name="clock", label="clock error (ppm)", levels=(0, 300, 1000, 3000, 10_000, 30_000), distance_m=FAR_M),
     Stressor(name="readout", label="the link carries (Mev/s)", levels=(1, 0.1, 0.05, 0.03, 0.02, 0.01), distance_m=5.0),
+)
+DISTANCE = Stressor(
+    name="distance",
+    label="distance (m)",
+    levels=(10, 12.5, 15, 17.5, 20, 22.5, 25, 27.5, 30, 32.5, 35, 37.5, 40, 42.5, 45, 47.5, 50),
+    distance_m=None,
 )
 RECEIVERS = ("paper", "soft, 1 period", "soft, 30 periods")
 OPTICS = Optics(width=96, height=72)
@@ -137,7 +149,7 @@ def stress_scene(distance_m: float, seed: int, clock_error_ppm: float = 0.0) -> 
 
 def stressed(stressor: Stressor, level: float, seed: int) -> tuple[Scene, Events]:
     """A stressor, its level and a seed in, the scene and its events as they arrive out."""
-    scene = stress_scene(stressor.distance_m, seed, level if stressor.name == "clock" else 0.0)
+    scene = stress_scene(stressor.distance_at(level), seed, level if stressor.name == "clock" else 0.0)
     duration_us = (WARM_UP + JUDGED) * PERIOD_US
     events = join(Recorder(scene, duration_us * 1e-6, np.random.default_rng([seed, 2])))
     rng = np.random.default_rng([seed, 3])
@@ -148,6 +160,7 @@ def stressed(stressor: Stressor, level: float, seed: int) -> tuple[Scene, Events
         "hot pixels": lambda: add_hot_pixels(events, level, *size, rng),
         "jitter": lambda: jitter_times(events, level, rng),
         "clock": lambda: events,
+        "distance": lambda: events,
         "readout": lambda: saturate(events, level),
     }
     if stressor.name not in worse:
@@ -184,7 +197,7 @@ def stress(stressor: Stressor, level: float, seed: int) -> pd.DataFrame:
     """A stressor, its level and a seed in, a row for each receiver out."""
     scene, events = stressed(stressor, level, seed)
     table = pd.DataFrame(judge(scene, events))
-    return table.assign(stressor=stressor.name, level=level, distance_m=stressor.distance_m, seed=seed)[
+    return table.assign(stressor=stressor.name, level=level, distance_m=stressor.distance_at(level), seed=seed)[
         ["stressor", "level", "distance_m", "seed", *table.columns]
     ]
 

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from bicode_lab.evaluation.stress import STRESSORS, over_seeds
+from bicode_lab.evaluation.reach import reaches
+from bicode_lab.evaluation.stress import DISTANCE, STRESSORS, over_seeds
 from bicode_lab.evaluation.stress import stress as stress_trial
 from bicode_lab.lab.notebook import repository_root
 
@@ -22,7 +23,7 @@ from bicode_lab.lab.notebook import repository_root
     help="Where rows are kept  [default: figures/stress.csv]",
 )
 def stress(seeds: int, out: Path | None) -> None:
-    """Lose, add, shift and saturate events, and count the periods that both receivers still read.
+    """Lose, add, shift and saturate events, move away, and count the periods that both receivers still read.
 
     Each trial is written to OUT when it is done, and one that is there is not done again.
     """
@@ -32,11 +33,14 @@ def stress(seeds: int, out: Path | None) -> None:
     if target.exists():
         table = pd.read_csv(target)
         done = set(zip(table["stressor"], table["level"], table["seed"], strict=True))
-    trials = [(s, float(level), seed) for seed in range(seeds) for s in STRESSORS for level in s.levels]
+    trials = [(s, float(level), seed) for seed in range(seeds) for s in (*STRESSORS, DISTANCE) for level in s.levels]
     missing = [trial for trial in trials if (trial[0].name, trial[1], trial[2]) not in done]
     for stressor, level, seed in tqdm(missing, unit=" trials", disable=None):
         rows = stress_trial(stressor, level, seed)
         rows.to_csv(target, mode="a", index=False, header=not target.exists(), lineterminator="\n")
     table = pd.read_csv(target)
-    summary = over_seeds(table[table["seed"] < seeds], np.random.default_rng(0))
+    table = table[table["seed"] < seeds]
+    summary = over_seeds(table, np.random.default_rng(0))
     click.echo(summary.drop(columns="distance_m").to_string(index=False, float_format="%.3g"))
+    click.echo()
+    click.echo(reaches(table, np.random.default_rng(0)).to_string(index=False, float_format="%.3g"))

@@ -27,6 +27,7 @@ FIRST_MEMORY = 2
 NOTHING, ON, OFF = 0, 1, 2
 EDGE_SHARE = 0.3  # of chips begin with a rise, as many with a fall: between UART's 0.22 and Manchester's 0.36
 STRAY = 0.005  # guess: a mark that no edge of its chip explains, over one that one does
+LATE = 0.05  # guess: the same where the chip before had such an edge and the level has held since
 GUESS_CHIPS = 24.0  # the guess counts like so many chips of each context
 
 
@@ -74,9 +75,11 @@ def guess_levels(counts: Tally, memory: int) -> Floats:
     for side in (ON, OFF):
         rate = (float(counts[..., side].sum()) + 0.5) / seen / EDGE_SHARE
         for context in range(1 << memory):
-            edge = (context >> 1 & 1, context & 1)
-            is_here = edge == ((0, 1) if side == ON else (1, 0))
-            shares[context, :, side] = np.minimum(rate * (bump if is_here else STRAY), 0.45)
+            new = 1 if side == ON else 0
+            before, last, now = (int((context >> back & 1) == new) for back in (2, 1, 0))
+            is_late = memory > FIRST_MEMORY and not before and last and now
+            share = bump if not last and now else LATE if is_late else STRAY
+            shares[context, :, side] = np.minimum(rate * share, 0.45)
     shares[..., NOTHING] = 1 - shares[..., ON] - shares[..., OFF]
     return shares
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Protocol
 
@@ -24,6 +24,7 @@ from bicode_lab.marker.packet import Bits, PacketFormat, decode_data_bits, encod
 
 UART_BITS = 7
 UART_CHIPS = 11  # start, 7 bits, parity, two stop bits
+TRIED_BITS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,9 @@ class LineCode(Protocol):
 
     def decode(self, chips: npt.ArrayLike) -> tuple[int, bool]:
         """The levels of a frame in, its value and whether its check holds out."""
+
+    def frames(self) -> Bits | None:
+        """All frames that pass the check, shape (n, frame_chips); None where they are too many to try."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +140,14 @@ class BicodeLine:
             payload, holds = decode_data_bits(bits, self.packet_format)
             readings.append((payload, holds and bool(valid.all())))
         return next((reading for reading in readings if reading[1]), readings[0])
+
+    def frames(self) -> Bits | None:
+        """Every payload in every convention; None for payloads of more than `TRIED_BITS`."""
+        f = self.packet_format
+        if f.payload_bits > TRIED_BITS:
+            return None
+        formats = [replace(f, manchester=convention) for convention in self.conventions or (f.manchester,)]
+        return np.array([encode_packet(value, one) for one in formats for value in range(2**f.payload_bits)], np.uint8)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,6 +225,10 @@ class UartLine:
         value = int("".join(map(str, bits)), 2)
         return value, (sum(bits) + levels[UART_BITS + 1]) % 2 == 0
 
+    def frames(self) -> Bits | None:
+        """Every letter."""
+        return np.array([self.encode(value) for value in range(2**UART_BITS)], np.uint8)
+
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
@@ -259,6 +275,19 @@ def nodes_of(line: LineCode, memory: int, checked: bool = False) -> Nodes:
         before[i, : len(known)] = known
     contexts = np.array([c for _, c in frontier], np.int32)
     return Nodes(contexts, before, trellis.place[[s for s, _ in frontier]])
+
+
+@cache
+def contexts_of(line: LineCode, memory: int) -> npt.NDArray[np.int32] | None:
+    """A line code that repeats its frame, in; the contexts of each frame that passes the check out.
+
+    Shape (n, frame_chips), from chip number memory - 1 on, as a walk from there has them; None as `LineCode.frames`.
+    """
+    frames = line.frames()
+    if frames is None:
+        return None
+    levels = frames.astype(np.int32)
+    return sum((np.roll(levels, back + 1 - memory, axis=1) << back for back in range(memory)), np.zeros_like(levels))
 
 
 def _trellis(level: Sequence[int], before: Sequence[Sequence[int]], place: Sequence[int]) -> Trellis:

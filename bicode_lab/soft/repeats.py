@@ -15,7 +15,8 @@ are natural logarithms of likelihood ratios:
     gain      of the walk, under the guessed levels, over marks that come at any time (chance has
               ln(448 places x 2048 words) = 14 to choose from); and, under levels learned for either, over
               a lamp that says the same every two or four chips
-    margin    of the least sure bit, and of the best place over any other
+    margin    of what is read over anything else that passes the check (over the same with its least sure bit
+              turned, where the code has too many frames to try them all), and of the best place over any other
     support   share of the marks that lie where an edge of their polarity explains them
     unrest    marks of a chip in the quiet start over those of a chip in the data: a lamp that
               flickers at the chip rate has no quiet
@@ -44,7 +45,7 @@ from bicode_lab.soft.levels import (
     scores_of,
     tally,
 )
-from bicode_lab.soft.line_code import LineCode, Nodes, nodes_of
+from bicode_lab.soft.line_code import LineCode, Nodes, contexts_of, nodes_of
 from bicode_lab.soft.walk import IMPOSSIBLE, best_walk
 
 MEMORY = 3
@@ -66,7 +67,7 @@ class Limits:
     """
 
     gain: float = 13.0
-    margin: float = 6.0
+    margin: float = 8.0
     support: float = 0.85
     unrest: float = 0.1
 
@@ -159,7 +160,10 @@ def _walk_from(
         value,
         check,
         gain=min(plain - _steady(counts, 1), total - lamp),
-        margin=min(float(margins.min()), total - float(places[away > PHASES + NEAR_BINS].max())),
+        margin=min(
+            _margin(scores, context, margins, line, check),
+            total - float(places[away > PHASES + NEAR_BINS].max()),
+        ),
         support=_support(counts, shares, context),
         unrest=_unrest(counts, len(line.start_chips)),
     )
@@ -211,6 +215,16 @@ def _steady(counts: Tally, period_bins: int) -> float:
     shares = shares + GUESS_CHIPS * every / every.sum()
     shares = shares / shares.sum(axis=1, keepdims=True)
     return float((flat * np.log(shares[at])).sum())
+
+
+def _margin(scores: Floats, context: npt.NDArray[np.int32], margins: Floats, line: LineCode, check: bool) -> float:
+    """The scores and the likeliest walk with its bits' margins in; its margin over the next of its like out."""
+    others = contexts_of(line, MEMORY)
+    if not check or others is None:
+        return float(margins.min())
+    sums = scores[np.arange(len(scores)), others].sum(axis=1)
+    itself = (others == context).all(axis=1)
+    return float(sums[itself].max() - sums[~itself].max())
 
 
 def _support(counts: Tally, shares: Floats, context: npt.NDArray[np.int32]) -> float:

@@ -23,7 +23,7 @@ from .test_repeats import LINE
 
 PERIOD_US = 33_000
 PAPER = ReceiverSettings(detect_2d=False)
-PAPERS_RANGE_M = 22.7  # the paper's rule reads half of the periods here
+N_SEEDS, N_PERIODS = 16, 10
 
 
 @cache
@@ -46,34 +46,58 @@ def id_right(sightings: Iterable[Sighting], scene: Scene, n_periods: int) -> np.
     return scores["id_right"].to_numpy(bool)
 
 
+def papers_accuracy(distance_m: float) -> float:
+    """A distance in, the share of periods that the paper's rule reads out."""
+    shares = []
+    for seed in range(N_SEEDS):
+        scene, events = seen(distance_m, seed, N_PERIODS)
+        shares.append(id_right(recognise(events, PAPER, t0_us=0), scene, N_PERIODS).mean())
+    return float(np.mean(shares))
+
+
+@cache
+def papers_range_m() -> float:
+    """Where the paper's rule reads half of the periods, to 2 %, found with the camera as it is."""
+    near, far = 8.0, 40.0
+    assert papers_accuracy(near) > 0.5 > papers_accuracy(far)
+    while far > 1.02 * near:
+        middle = (near * far) ** 0.5
+        near, far = (middle, far) if papers_accuracy(middle) > 0.5 else (near, middle)
+    return far
+
+
+def wrong(rows: list[Sighting], scene: Scene) -> int:
+    """Sightings in, how many of them have an ID that is not the marker's out."""
+    return sum(row.id not in (None, scene.markers[0].marker.payload) for row in rows)
+
+
 def test_one_period_is_read_1_25_times_as_far_as_by_the_papers_rule() -> None:
-    """And without more wrong IDs, though they are read farther out: of 200 periods, no more than one."""
-    n, paper, soft, n_wrong = 10, [], [], 0
-    for seed in range(20):
-        scene, events = seen(PAPERS_RANGE_M, seed, n)
-        paper.append(id_right(recognise(events, PAPER, t0_us=0), scene, n).mean())
-        scene, events = seen(1.25 * PAPERS_RANGE_M, seed, n)
+    """And without more wrong IDs, though they are read farther out."""
+    soft, n_wrong, n_wrong_paper = [], 0, 0
+    for seed in range(N_SEEDS):
+        scene, events = seen(1.25 * papers_range_m(), seed, N_PERIODS)
         settings = SoftSettings(receiver=PAPER, evidence_periods=1)
         rows = list(recognise_soft(events, settings, t0_us=0))
-        soft.append(id_right(rows, scene, n).mean())
-        n_wrong += sum(row.id not in (None, scene.markers[0].marker.payload) for row in rows)
-    assert 0.4 <= np.mean(paper) <= 0.6
+        soft.append(id_right(rows, scene, N_PERIODS).mean())
+        n_wrong += wrong(rows, scene)
+        scene, events = seen(papers_range_m(), seed, N_PERIODS)
+        n_wrong_paper += wrong(list(recognise(events, PAPER, t0_us=0)), scene)
     assert np.mean(soft) >= 0.5
-    assert n_wrong <= 1
+    assert n_wrong <= n_wrong_paper + 1
 
 
 def test_one_second_is_read_1_5_times_as_far_as_by_the_papers_rule() -> None:
     n, soft = 40, []
     for seed in range(10):
-        scene, events = seen(1.5 * PAPERS_RANGE_M, seed, n)
+        scene, events = seen(1.5 * papers_range_m(), seed, n)
         rows = list(recognise_soft(events, SoftSettings(receiver=PAPER), t0_us=0))
         soft.append(id_right(rows, scene, n)[30:].mean())
-        assert {row.id for row in rows} <= {None, scene.markers[0].marker.payload}
+        assert wrong(rows, scene) == 0
     assert np.mean(soft) >= 0.5
 
 
 @pytest.mark.parametrize("evidence_periods", [1, 30])
-@pytest.mark.parametrize("distance_m", [2.5, 10.0, 20.0])
+@pytest.mark.parametrize("distance_m", [2.5, 10.0, 16.0])
 def test_near_markers_are_read_as_well(distance_m: float, evidence_periods: int) -> None:
     scene, events = seen(distance_m, 1, 5)
     rows = list(recognise_soft(events, SoftSettings(receiver=PAPER, evidence_periods=evidence_periods), t0_us=0))
@@ -145,8 +169,9 @@ def test_a_quiet_gap_costs_nothing_and_loses_nothing() -> None:
 
 def test_command_reads_with_the_soft_receiver(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "marker.npz"
+    far = f"{1.25 * papers_range_m():.2f}"
     with pytest.raises(SystemExit):
-        main(["simulate", str(out), "--distance-m", "28", "--seconds", "0.4", "--seed", "3", "--payload", "0xC3"])
+        main(["simulate", str(out), "--distance-m", far, "--seconds", "0.4", "--seed", "3", "--payload", "0xC3"])
     found = {}
     for receiver in ("paper", "soft"):
         capsys.readouterr()
