@@ -41,6 +41,7 @@ from bicode_lab.recognition.regions import LEAST_MOMENTS, RegionFinder
 Floats = npt.NDArray[np.float64]
 
 MOST_PAYLOADS = 256  # so many, spread evenly, stand for all of a wider ID
+STEP, WIDEST = 1.25, 5.0  # of the search for a range
 PHASES = 140  # moments of a packet at which a frame may begin
 
 
@@ -138,8 +139,7 @@ def budget_of(scene: Scene, receiver: ReceiverSettings | None = None, *, seed: i
     accuracy = sum(share * (1 - (1 - packet) ** k) for k, share in (many, few))
     distance_m = float(np.linalg.norm(pose.position_m))
     side_px = marker.board.size_m * scene.optics.focal_px / distance_m
-    hull = cv2.convexHull(image_corners(marker.board, pose, scene.optics).astype(np.float32))
-    area_px = float(cv2.contourArea(hull))
+    area_px = image_area_px(marker.board, pose, scene.optics)
     return LinkBudget(
         side_px=side_px,
         area_px=area_px,
@@ -152,6 +152,11 @@ def budget_of(scene: Scene, receiver: ReceiverSettings | None = None, *, seed: i
         packet=float(packet.mean()),
         accuracy=float(np.mean(accuracy)),
     )
+
+
+def image_area_px(board: Board, pose: Pose, optics: Optics) -> float:
+    """A posed plate in, the area of its image out, the edge faces in sight included [px]."""
+    return float(cv2.contourArea(cv2.convexHull(image_corners(board, pose, optics).astype(np.float32))))
 
 
 def edges_seen(odds: EdgeOdds, marker: Marker, receiver: ReceiverSettings) -> Floats:
@@ -270,22 +275,28 @@ def _shares(rises: npt.NDArray[np.int64], falls: npt.NDArray[np.int64]) -> dict[
 def range_m(of: Callable[[float], float], guess_m: float, share: float = 0.5) -> float:
     """A falling function of distance [m], such as accuracy, in; the distance at which it crosses `share` out [m].
 
-    Halves an interval of the logarithm, from half of the guess to twice it, to 2 %.
+    Walks from the guess in steps of a quarter, then halves the last step's logarithm to 3 %.
 
     Raises
     ------
     ValueError
-        Where it does not cross there.
+        Where it does not cross between a fifth of the guess and five times it.
 
     Examples
     --------
-    >>> round(range_m(lambda distance_m: 10 / distance_m, guess_m=30), 0)
-    20.0
+    >>> round(range_m(lambda distance_m: 10 / distance_m, guess_m=30))
+    20
     """
-    low, high = guess_m / 2, guess_m * 2
-    if not of(low) >= share > of(high):
+    low = high = guess_m
+    if of(guess_m) >= share:
+        while of(high := high * STEP) >= share and high < WIDEST * guess_m:
+            low = high
+    else:
+        while of(low := low / STEP) < share and low > guess_m / WIDEST:
+            high = low
+    if not guess_m / WIDEST < low < high < WIDEST * guess_m:
         raise ValueError(f"it does not fall through {share} between {low:g} and {high:g} m; give another guess_m")
-    while high / low > 1.02:
+    while high / low > 1.03:
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if of(middle) >= share else (low, middle)
     return float(np.sqrt(low * high))
@@ -308,10 +319,11 @@ def paper_ranges(seed: int = 0) -> pd.DataFrame:
         def accuracy(distance_m: float, condition: dict[str, float] = condition) -> float:
             return link_budget(**condition, distance_m=distance_m, seed=seed).accuracy  # type: ignore[arg-type]
 
+        board = Board(size_m=stated.size_m)
+        area_px = image_area_px(board, Pose.facing(paper_m, yaw_deg=stated.yaw_deg), Optics())
+        share = area_px / (stated.size_m * Optics().focal_px / paper_m) ** 2
         budget_m = range_m(accuracy, paper_m)
-        there = link_budget(**condition, distance_m=budget_m, seed=seed)
-        share = there.area_px / there.side_px**2
-        light_ma = condition["current_ma"] * share
+        light_ma = stated.current_ma * share
         rows.append(
             {"section": section, **condition, "paper_m": paper_m, "budget_m": budget_m, "share": share,
              "light_ma": light_ma}

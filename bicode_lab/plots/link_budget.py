@@ -25,9 +25,10 @@ def draw_ranges(table: pd.DataFrame, ax: Axes) -> Axes:
     ax : Axes
     """
     first = table.iloc[0]
-    ends = np.array([table["light_ma"].min() / 1.6, table["light_ma"].max() * 1.6])
+    ends = np.array([table["light_ma"].min() / 1.6, table["light_ma"].max() * 2])
     line = first["paper_m"] * np.sqrt(ends / first["light_ma"])
     ax.plot(ends, line, color="black", linewidth=1, linestyle=":", label="current x area / distance² as in the first")
+    ax.vlines(table["light_ma"], table["paper_m"], table["budget_m"], color="#BBBBBB", linewidth=1)
     ax.plot(table["light_ma"], table["budget_m"], "o", color="#0072B2", label="link budget, half of the periods right")
     ax.plot(table["light_ma"], table["paper_m"], "o", color="black", markerfacecolor="none", markersize=11,
             markeredgewidth=1.4, label="paper")  # fmt: skip
