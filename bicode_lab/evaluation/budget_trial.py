@@ -9,9 +9,9 @@ import pandas as pd
 from tqdm import tqdm
 
 from bicode_lab.camera import record, truth_at
-from bicode_lab.evaluation.accuracy import Periods, score
+from bicode_lab.evaluation.accuracy import Periods, bootstrap, score
 from bicode_lab.evaluation.link_budget import link_budget
-from bicode_lab.evaluation.stress import OPTICS, PERIOD_US, bootstrap, stress_scene
+from bicode_lab.evaluation.stress import OPTICS, PERIOD_US, stress_scene
 from bicode_lab.recognition import ReceiverSettings, recognise
 
 JUDGED = 15  # periods of each recording; one more comes first, so that tracks have begun
