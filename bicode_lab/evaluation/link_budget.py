@@ -19,14 +19,12 @@ readout, motion, and errors that a checksum lets pass.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 from scipy import ndimage
 
 from bicode_lab.camera import Light, Optics, Placed, Pose, Scene, Still
@@ -34,14 +32,12 @@ from bicode_lab.camera.glow import image_corners
 from bicode_lab.evaluation.edge_odds import EdgeOdds, edge_odds
 from bicode_lab.marker import Board, Marker, PacketFormat, encode_packet
 from bicode_lab.marker.unit import Band
-from bicode_lab.paper import RANGES
 from bicode_lab.recognition import ReceiverSettings
 from bicode_lab.recognition.regions import LEAST_MOMENTS, RegionFinder
 
 Floats = npt.NDArray[np.float64]
 
 MOST_PAYLOADS = 256  # so many, spread evenly, stand for all of a wider ID
-STEP, WIDEST = 1.25, 5.0  # of the search for a range
 PHASES = 140  # moments of a packet at which a frame may begin
 
 
@@ -270,62 +266,3 @@ def _shares(rises: npt.NDArray[np.int64], falls: npt.NDArray[np.int64]) -> dict[
     """Rises and falls of frames in; the share of frames with each pair of numbers out."""
     pairs, counts = np.unique(np.stack([rises, falls]), axis=1, return_counts=True)
     return {(int(a), int(b)): float(n / rises.size) for a, b, n in zip(*pairs, counts, strict=True)}
-
-
-def range_m(of: Callable[[float], float], guess_m: float, share: float = 0.5) -> float:
-    """A falling function of distance [m], such as accuracy, in; the distance at which it crosses `share` out [m].
-
-    Walks from the guess in steps of a quarter, then halves the last step's logarithm to 3 %.
-
-    Raises
-    ------
-    ValueError
-        Where it does not cross between a fifth of the guess and five times it.
-
-    Examples
-    --------
-    >>> round(range_m(lambda distance_m: 10 / distance_m, guess_m=30))
-    20
-    """
-    low = high = guess_m
-    if of(guess_m) >= share:
-        while of(high := high * STEP) >= share and high < WIDEST * guess_m:
-            low = high
-    else:
-        while of(low := low / STEP) < share and low > guess_m / WIDEST:
-            high = low
-    if not guess_m / WIDEST < low < high < WIDEST * guess_m:
-        raise ValueError(f"it does not fall through {share} between {low:g} and {high:g} m; give another guess_m")
-    while high / low > 1.03:
-        middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if of(middle) >= share else (low, middle)
-    return float(np.sqrt(low * high))
-
-
-def paper_ranges(seed: int = 0) -> pd.DataFrame:
-    """Nothing but a seed in; the paper's five ranges beside those of the budget out, a row each.
-
-    Returns
-    -------
-    DataFrame
-        Condition (``section``, ``current_ma``, ``size_m``, ``yaw_deg``), ``paper_m``, ``budget_m`` (half of the
-        periods right), ``share`` (projected over face area there) and ``light_ma`` (current times share).
-    """
-    rows = []
-    for stated in RANGES:
-        condition = stated._asdict()
-        section, paper_m = condition.pop("section"), condition.pop("distance_m")
-
-        def accuracy(distance_m: float, condition: dict[str, float] = condition) -> float:
-            return link_budget(**condition, distance_m=distance_m, seed=seed).accuracy  # type: ignore[arg-type]
-
-        board = Board(size_m=stated.size_m)
-        area_px = image_area_px(board, Pose.facing(paper_m, yaw_deg=stated.yaw_deg), Optics())
-        share = area_px / (stated.size_m * Optics().focal_px / paper_m) ** 2
-        budget_m = range_m(accuracy, paper_m)
-        light_ma = stated.current_ma * share
-        rows.append(
-            {"section": section, **condition, "paper_m": paper_m, "budget_m": budget_m, "share": share,
-             "light_ma": light_ma}
-        )  # fmt: skip
-    return pd.DataFrame(rows)

@@ -21,7 +21,7 @@ def draw_ranges(table: pd.DataFrame, ax: Axes) -> Axes:
     ----------
     table : DataFrame
         ``light_ma`` (current times projected over face area), ``paper_m``, ``budget_m``, and ``current_ma``,
-        ``size_m``, ``yaw_deg`` for the names; see `evaluation.link_budget.paper_ranges`.
+        ``size_m``, ``yaw_deg`` for the names; see `evaluation.ranges.paper_ranges`.
     ax : Axes
     """
     first = table.iloc[0]

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from bicode_lab.camera import Optics, Placed, Pose, Scene, Still, record, truth_at
 from bicode_lab.evaluation import link_budget as module
 from bicode_lab.evaluation.accuracy import Periods, score
-from bicode_lab.evaluation.link_budget import at_most, budget_of, edge_seen, link_budget, range_m, rises_of
+from bicode_lab.evaluation.link_budget import at_most, budget_of, edge_seen, link_budget, rises_of
+from bicode_lab.evaluation.ranges import range_m
 from bicode_lab.evaluation.stress import OPTICS, stress_scene
 from bicode_lab.marker import Marker, PacketFormat, encode_packet
 from bicode_lab.paper import RANGES
