@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bicode_lab.evaluation.accuracy import bootstrap, over_seeds
+from bicode_lab.evaluation.accuracy import accuracy, bootstrap, over_seeds
 
 
 def test_the_interval_over_seeds_covers_the_mean() -> None:
@@ -34,3 +34,9 @@ def test_each_condition_has_its_own_row() -> None:
     assert 0.97 < near["low"] < 1  # 200 of 200
     assert far["accuracy"] == 0.5  # the mean of the seeds, 1 and 0, not of their periods
     assert (far["seeds"], far["periods"], far["low"], far["high"]) == (2, 200, 0, 1)
+
+
+def test_one_seed_has_wilsons_interval() -> None:
+    for right, of in ((0, 20), (3, 20), (10, 20), (20, 20), (199, 200)):
+        expected = accuracy(np.arange(of) < right)
+        assert bootstrap(np.array([right / of]), of, np.random.default_rng(0)) == pytest.approx(expected[1:], abs=1e-4)
