@@ -50,7 +50,8 @@ class Sweep:
             return ""
         more = len(self.failures) - TOLD
         told = "; ".join(self.failures[:TOLD]) + (f"; and {more} more" if more > 0 else "")
-        return f"{len(self.failures)} trials failed and are not kept: {told}"
+        count = "1 trial failed and is" if len(self.failures) == 1 else f"{len(self.failures)} trials failed and are"
+        return f"{count} not kept: {told}"
 
 
 def sweep(

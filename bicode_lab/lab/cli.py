@@ -24,6 +24,7 @@ COMMANDS = {
     "marker": ("command_marker", "marker", "Build a marker: sheets to cut, list of parts, transmitter."),
     "false-ids": ("command_false_ids", "false_ids", "Count the IDs that are read where no marker is."),
     "stress": ("command_stress", "stress", "Accuracy of both receivers as recordings get worse."),
+    "sweep": ("command_sweep", "sweep_command", "Run the trials of a figure and print their accuracies."),
     "claims": ("command_claims", "claims", "Compare every claim of the paper with the figures' trials."),
     "run": ("command_run", "run", "Run one notebook with other parameters."),
     "figures": ("command_run", "figures", "Run every notebook and write every figure."),

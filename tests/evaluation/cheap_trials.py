@@ -28,8 +28,8 @@ def run(condition: Cheap, seed: int) -> list[dict[str, Any]]:
         (Path(condition.note_in) / f"{condition.distance_m}_{seed}_{os.getpid()}_{time.monotonic_ns()}").touch()
     rng = np.random.default_rng([seed, round(1000 * condition.distance_m)])
     return [
-        {"distance_m": condition.distance_m, "seed": seed, "receiver": receiver, "periods": 200,
-         "id_right": rng.integers(200), "share": rng.random()}
+        {"distance_m": condition.distance_m, "seed": seed, "receiver": receiver, "frame_rule_2d": "any", "periods": 200,
+         "id_right": rng.integers(200), "marker_2d_right": rng.integers(200), "share": rng.random()}
         for receiver in ("ours", "authors")
     ]  # fmt: skip
 
