@@ -4,7 +4,8 @@
 #   make figures FULL=1    the same at the paper's scale, into figures/
 #   make test              every check
 #
-# Also: make lab (open the notebooks), make format, make pins, make clean, make clean-all.
+# Also: make lab (open the notebooks), make html (every executed notebook as a page, into build/html/),
+# make format, make pins, make clean, make clean-all.
 # Settings: PYTHON=python3.12 (which Python makes .venv), JOBS=2 (notebooks at a time),
 # TESTS="-k layers" (which tests, and other words for pytest).
 
@@ -19,7 +20,7 @@ PINS = environment/requirements.txt
 READY = $(VENV)/.package-installed
 PIP = PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --quiet
 
-.PHONY: figures test lab format pins clean clean-all
+.PHONY: figures test lab html format pins clean clean-all
 
 figures: $(READY)
 	@$(BIN)/bicode figures $(if $(filter-out 0 no,$(FULL)),--full) $(if $(JOBS),--jobs $(JOBS))
@@ -31,6 +32,9 @@ test: $(READY)
 
 lab: $(READY)
 	@$(BIN)/jupyter lab notebooks
+
+html: $(READY)
+	@$(BIN)/bicode html $(if $(filter-out 0 no,$(FULL)),--full) $(if $(JOBS),--jobs $(JOBS))
 
 format: $(READY)
 	@$(BIN)/ruff check --quiet --fix . ; $(BIN)/ruff format .

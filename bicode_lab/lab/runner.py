@@ -125,16 +125,23 @@ def run_all(
 
     A notebook that fails does not stop the others; its `NotebookRun` has an ``error``.
     """
+    paths = find_notebooks(only)
+    folder = Path(output) if output else repository_root() / "build" / "notebooks"
+    return run_paths({path: folder / path.name for path in paths}, quick=quick, jobs=jobs, figures=figures)
+
+
+def run_paths(
+    outputs: Mapping[Path, Path], *, quick: bool = True, jobs: int = 2, figures: str | Path | None = None
+) -> list[NotebookRun]:
+    """Notebooks and where their executed copies go in; as `run_all`."""
     from joblib import Parallel, delayed
     from tqdm import tqdm
 
-    paths = find_notebooks(only)
-    folder = Path(output) if output else repository_root() / "build" / "notebooks"
     figures = Path(figures) if figures else default_figures(quick)
-    tasks = (delayed(_run_one)(path, folder / path.name, quick, figures) for path in paths)
-    finished = Parallel(n_jobs=max(1, min(jobs, len(paths))), return_as="generator_unordered")(tasks)
-    bar = tqdm(finished, total=len(paths), unit="notebook", disable=not sys.stderr.isatty(), leave=False)
-    return sorted(bar, key=lambda run: run.notebook.name)
+    tasks = (delayed(_run_one)(path, output, quick, figures) for path, output in outputs.items())
+    finished = Parallel(n_jobs=max(1, min(jobs, len(outputs))), return_as="generator_unordered")(tasks)
+    bar = tqdm(finished, total=len(outputs), unit="notebook", disable=not sys.stderr.isatty(), leave=False)
+    return sorted(bar, key=lambda run: (run.notebook.name, run.notebook))
 
 
 def _run_one(path: Path, output: Path, quick: bool, figures: Path) -> NotebookRun:
