@@ -45,6 +45,16 @@ CALIBRATED_ON = {
 }
 """Claims that constants were fitted to, with the reason. No other claim may be looked at for a constant."""
 
+TENSION = dict.fromkeys(
+    ("F8.3", "F11.2", "F11.3", "F12.4"),
+    "the paper pulls both ways: at 20 m about half (F11.2, called nearly equal to red light's in F11.3), "
+    "as far as it goes when still (F8.3), and more than 90 % when panned (F12.4)",
+)
+"""Claims that can hardly all hold together; each is tested as written."""
+
+CAUSES: dict[str, str] = {}
+"""Why a claim is contradicted or undecided, with the notebook whose experiment shows it."""
+
 COLUMNS = [
     "id",
     "figure",
@@ -152,6 +162,7 @@ def judge(claim: dict[Any, Any], tables: Tables) -> dict[str, Any]:
         lo, hi = 0.0, math.inf
     found = _verdict_of(answer, claim["op"], lo, hi)
     notes = [answer.why_not, f"the other way: {answer.broken}" if answer.broken else ""]
+    notes += [CAUSES.get(name, ""), TENSION.get(name, "")]
     if name in CALIBRATED_ON:
         notes = [CALIBRATED_ON[name], f"the value alone would be {found}", *notes]
         found = CALIBRATED

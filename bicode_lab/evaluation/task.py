@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 from bicode_lab.evaluation.digest import digest_of
 from bicode_lab.evaluation.store import Key, Rows
 
@@ -58,4 +60,6 @@ class Task:
 
 def _plain(value: Any) -> Any:
     """One of numpy's numbers in, Python's out."""
-    return value.item()
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"a row holds {value!r}; rows take text and numbers")

@@ -89,7 +89,7 @@ def test_a_trial_that_kills_its_worker_is_told_and_costs_no_other(tmp_path: Path
 
 def test_rows_that_cannot_be_written_are_a_failure_of_that_trial(tmp_path: Path) -> None:
     (line,) = sweep(rows_of_objects, [(Cheap(distance_m=1), 0)], tmp_path / "s.sqlite").failures
-    assert "seed 0: AttributeError" in line
+    assert "seed 0: TypeError: a row holds Cheap(" in line
 
 
 def rows_of_objects(condition: Cheap, seed: int) -> list[dict[str, object]]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from bicode_lab.evaluation.claims import judge_claims
+from bicode_lab.evaluation.claims import CAUSES, judge_claims
 from bicode_lab.lab import command_claims as module
 from bicode_lab.lab.cli import main
 from bicode_lab.lab.command_claims import (
@@ -119,6 +120,19 @@ def test_the_readme_holds_the_table_of_the_committed_trials() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     table = as_markdown(judge_claims(read_claims(ROOT), read_tables(ROOT / "figures")))
     assert readme == with_claims(readme, table), "README.md is out of date: bicode claims --write-readme"
+
+
+def test_each_claim_that_does_not_come_out_has_a_cause_and_no_other() -> None:
+    line = missing_line(ROOT / "figures", quick=False)
+    if line:
+        pytest.skip(line)
+    judged = judge_claims(read_claims(ROOT), read_tables(ROOT / "figures"))
+    open_ones = set(judged.loc[judged["verdict"].isin(["contradicted", "undecided"]), "id"])
+    assert open_ones == set(CAUSES)
+    for name, cause in CAUSES.items():
+        numbers = re.findall(r"notebook (\d\d)", cause)
+        assert numbers, f"{name}: name the notebook whose experiment shows it"
+        assert all(list((ROOT / "notebooks").glob(f"{number}_*.ipynb")) for number in numbers)
 
 
 def test_a_claim_that_was_not_tested_stays_in_the_table() -> None:
