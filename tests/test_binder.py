@@ -1,4 +1,4 @@
-"""The files for Binder keep repo2docker's rules: configuration in one folder, a Python it knows, a script it can run."""
+"""The files for Binder keep repo2docker's rules: one folder, a Python it knows, a script it can run."""
 
 import re
 import subprocess

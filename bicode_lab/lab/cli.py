@@ -29,6 +29,7 @@ COMMANDS = {
     "run": ("command_run", "run", "Run one notebook with other parameters."),
     "figures": ("command_run", "figures", "Run every notebook and write every figure."),
     "bench": ("command_bench", "bench", "Measure how fast this is on this machine."),
+    "mystery": ("command_mystery", "mystery", "Make a recording whose IDs are to be found."),
     "html": ("command_html", "html", "Run every notebook and write it as pages that need no notebook to be read."),
     "doctor": ("command_doctor", "doctor", "Check that everything needed is here and works."),
 }
