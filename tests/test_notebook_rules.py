@@ -120,6 +120,18 @@ def test_the_tail_sends_on(path):
 
 
 @chapters
+def test_it_ends_with_an_exercise_and_a_check(path):
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    sources = ["".join(cell["source"]) for cell in cells]
+    (asked,) = [i for i, source in enumerate(sources) if has_heading(source, "On your own")]
+    behind = [
+        source for cell, source in zip(cells[asked:], sources[asked:], strict=True) if cell["cell_type"] == "code"
+    ]
+    assert behind, "an answer to fill in"
+    assert all("check_answer(" in source and "= ..." in source for source in behind), "only answers and their checks"
+
+
+@chapters
 def test_the_notebook_is_short(path):
     assert len(json.loads(path.read_text(encoding="utf-8"))["cells"]) <= MOST_CELLS
     for number, source in cells_of(path, "code"):
