@@ -42,7 +42,7 @@ ONLY_LAB = {"IPython", "ipywidgets", "papermill", "click", "nbformat", "nbclient
 NOT_IN_THE_CORE = ONLY_LAB | {"matplotlib", "faery", "joblib", "tqdm"}
 CORE = ("marker", "camera", "recognition")
 
-MOST_STATEMENTS_OF_CORE = 2200
+MOST_STATEMENTS_OF_CORE = 2350
 MOST_LINES_OF_FILE = 320  # all of them
 MOST_LINES_OF_FUNCTION = 55  # without its docstring
 

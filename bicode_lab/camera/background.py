@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import Optics, plate_homography
-from bicode_lab.camera.sensor import F4
+from bicode_lab.camera.pixel_steps import F4
 from bicode_lab.camera.wall_pixels import NEAREST_HORIZON, sample_row
 
 FEWEST = 8  # points a side

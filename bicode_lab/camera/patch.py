@@ -18,7 +18,8 @@ from bicode_lab.camera.glow import Box, Image, Template, make_template, plate_bo
 from bicode_lab.camera.lamp import LampImage, Waveform
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import ambient_signal, led_signal
-from bicode_lab.camera.sensor import F4, F8, I4, I8, NOISE_REACH, PixelModel, PixelState
+from bicode_lab.camera.pixel_steps import F4, F8, I4, I8
+from bicode_lab.camera.sensor import NOISE_REACH, PixelModel, PixelState
 from bicode_lab.marker import Marker
 
 if TYPE_CHECKING:

@@ -19,15 +19,11 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-F4 = npt.NDArray[np.float32]
-F8 = npt.NDArray[np.float64]
-I4 = npt.NDArray[np.int32]
-I8 = npt.NDArray[np.int64]
-U4 = npt.NDArray[np.uint32]
+from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, U4, fast_log, fire_stretch, most_events, noise_key
 
 SMALLEST_THRESHOLD = 0.05
 NOISE_REACH = 3.47  # the noise drawn here never exceeds this many standard deviations
-MOST_EVENTS_A_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
+SIDE_BY_SIDE = 256  # pixels; their state fits into the first level cache
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,64 +114,7 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
     return PixelState(level, level.copy(), np.full(signal.size, -1e18), on, off)
 
 
-@nb.njit(inline="always")
-def noise_key(seed: np.uint64, pixel: int) -> np.uint64:
-    """A seed and a pixel in, what `noise_from` wants of them out."""
-    return seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15))
-
-
-@nb.njit(inline="always")
-def noise_from(key: np.uint64, moment: int) -> float:
-    """A pixel's key and a moment in, a standard normal number (sum of four uniform ones) that is theirs out."""
-    z = key ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    low = np.uint64(0xFFFF)
-    total = (z & low) + ((z >> np.uint64(16)) & low) + ((z >> np.uint64(32)) & low) + (z >> np.uint64(48))
-    return (float(total) - 131070.0) * 2.6429e-5  # variance 4 * 65536^2 / 12
-
-
-@nb.njit(inline="always")
-def _follow(
-    t: float, end: float, target: float, tau: float, level: float, reference: float, free: float,
-    on: float, off: float, dead: float, delay_on: float, delay_off: float,
-    pixel: int, pixels: U4, times: F8, count: int,
-) -> tuple[float, float, float, int]:  # fmt: skip
-    """One pixel through one stretch of constant light [us]; its events are written, its new state comes back."""
-    if free > t:
-        if free >= end:
-            return target + (level - target) * np.exp((t - end) / tau), reference, free, count
-        level = target + (level - target) * np.exp((t - free) / tau)
-        reference = level
-        t = free
-    while True:
-        if target - reference > on:
-            wanted, polarity, delay = reference + on, 1, delay_on
-        elif reference - target > off:
-            wanted, polarity, delay = reference - off, 0, delay_off
-        else:
-            break
-        ratio = (level - target) / (wanted - target)
-        crossing = t + tau * np.log(ratio) if ratio > 1.0 else t
-        if crossing >= end:
-            break
-        pixels[count] = np.uint32(pixel) * np.uint32(2) + np.uint32(polarity)
-        times[count] = crossing + delay
-        count += 1
-        free = crossing + dead
-        if ratio > 1.0:
-            level = wanted
-        if free >= end:
-            t = crossing
-            break
-        level = target + (level - target) * np.exp(-dead / tau)
-        reference = level
-        t = free
-    return target + (level - target) * np.exp((t - end) / tau), reference, free, count
-
-
-@nb.njit(cache=True)
+@nb.njit(cache=True, error_model="numpy")
 def fire_lit_pixels(
     first: int, index: I4, ambient: F4, glow: F4, edges: F8, moments: I8, levels: F4, maps: I4,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
@@ -213,32 +152,49 @@ def fire_lit_pixels(
     next_pixel, count : int
         ``next_pixel == n`` once all are done.
     """
-    stretches = edges.size - 1
-    for i in range(first, index.size):
-        if count + stretches * MOST_EVENTS_A_STRETCH > pixels.size:
-            return i, count
-        at = index[i]
-        v, ref, free = float(level[at]), float(reference[at]), free_us[at]
-        on, off = float(threshold_on[at]), float(threshold_off[at])
-        key = noise_key(seed, at)
-        # An LED that jumps between two levels gives two logarithms; they are kept.
-        signal_a = signal_b = -1.0
-        log_a = log_b = 0.0
+    stretches, markers = levels.shape
+    most = most_events(edges, dead)
+    room = np.empty((14, SIDE_BY_SIDE))
+    signal, light, rate, v, ref, free, on, off = (
+        room[6],
+        room[7],
+        room[8],
+        room[9],
+        room[10],
+        room[11],
+        room[12],
+        room[13],
+    )
+    keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
+    for lead in range(first, index.size, SIDE_BY_SIDE):
+        many = min(SIDE_BY_SIDE, index.size - lead)
+        if count + many * most > pixels.size:
+            return lead, count
+        for i in range(many):
+            at = index[lead + i]
+            places[i], keys[i] = at, noise_key(seed, at)
+            v[i], ref[i], free[i], on[i], off[i] = (
+                level[at],
+                reference[at],
+                free_us[at],
+                threshold_on[at],
+                threshold_off[at],
+            )
         for k in range(stretches):
-            row = maps[k]
-            signal = float(ambient[row, i])
-            for m in range(levels.shape[1]):
-                signal += float(glow[row, m, i]) * float(levels[k, m])
-            if signal != signal_a:
-                signal_a, signal_b, log_a, log_b = signal_b, signal_a, log_b, log_a
-                if signal != signal_a:
-                    signal_a, log_a = signal, np.log(signal)
-            target = log_a + noise * noise_from(key, moments[k])
-            v, ref, free, count = _follow(
-                edges[k], edges[k + 1], target, tau_us / signal, v, ref, free,
-                on, off, dead, delay_on, delay_off, at, pixels, times, count,
+            for i in range(many):
+                signal[i] = ambient[maps[k], lead + i]
+            for m in range(markers):
+                for i in range(many):
+                    signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
+            for i in range(many):
+                light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
+            count = fire_stretch(
+                many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
+                dead, delay_on, delay_off, places, room, pixels, times, count,
             )  # fmt: skip
-        level[at], reference[at], free_us[at] = v, ref, free
+        for i in range(many):
+            at = index[lead + i]
+            level[at], reference[at], free_us[at] = v[i], ref[i], free[i]
     return index.size, count
 
 

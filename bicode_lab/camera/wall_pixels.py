@@ -1,6 +1,6 @@
 """The pixels that see the wall while the camera moves: nearly all of the sensor, nearly all the time.
 
-They answer to light as `sensor._follow` tells. What is done for speed, and changes nothing else:
+They answer to light as all pixels do. What is done for speed, and changes nothing else:
 
 - A pixel is left asleep through a span where no point of the texture that it passes can bring it to
   a threshold. Asleep, its level is its light; that is looked up when it wakes.
@@ -16,24 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.camera.motion import Floats
-from bicode_lab.camera.sensor import F4, F8, I8, MOST_EVENTS_A_STRETCH, NOISE_REACH, U4, _follow, noise_from, noise_key
+from bicode_lab.camera.pixel_steps import F4, F8, I8, U4, fast_exp, fire_stretch, most_events, noise_key
+from bicode_lab.camera.sensor import NOISE_REACH
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
-LOG2_E = 1.4426950408889634
-LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 
 Flags = npt.NDArray[np.bool_]
-
-
-@nb.njit(inline="always", error_model="numpy")
-def fast_exp(x: float) -> float:
-    """The exponential of x, -700 < x < 700, to a part in 1e11; written out, so that a loop of it needs no call."""
-    n = np.floor(x * LOG2_E + 0.5)
-    r = (x - n * LN_2_HIGH) - n * LN_2_LOW
-    upper = 1 + r / 6 * (1 + r / 7 * (1 + r / 8 * (1 + r / 9)))
-    p = 1 + r * (1 + r / 2 * (1 + r / 3 * (1 + r / 4 * (1 + r / 5 * upper))))
-    power = np.int64((np.int64(n) + 1023) << 52)
-    return float(p * power.view(np.float64))
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -138,18 +126,6 @@ def settle(index: npt.NDArray[np.int32], width: int, asleep: Flags, image: F4, b
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _approach_row(
-    many: int, light: F8, keys: npt.NDArray[np.uint64], moment: int, noise: float, length: float,
-    level: F8, target: F8, reached: F8,
-) -> None:  # fmt: skip
-    """Where the level of each pixel wants to in a stretch, and where it gets in `length`, the stretch over tau at 1."""
-    for i in range(many):
-        target[i] = light[i] + noise * noise_from(keys[i], moment)
-    for i in range(many):
-        reached[i] = target[i] + (level[i] - target[i]) * fast_exp(-length * fast_exp(light[i]))
-
-
-@nb.njit(cache=True, error_model="numpy")
 def fire_wall_pixels(
     first: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
     before: Floats, from_pixels: Floats, edges: F8, moments: I8,
@@ -177,11 +153,10 @@ def fire_wall_pixels(
         The homography to the wall's points in each stretch.
     """
     stretches = edges.size - 1
-    most = min(MOST_EVENTS_A_STRETCH, int((edges[-1] - edges[0]) / max(dead, 1e-3)) + 2) * stretches
-    columns, light, target, reached = np.empty(2 * width), np.empty(width), np.empty(width), np.empty(width)
-    room = np.empty((4, width))
-    v, ref, free = np.empty(width), np.empty(width), np.empty(width)
-    on, off, keys = np.empty(width), np.empty(width), np.empty(width, np.uint64)
+    most = most_events(edges, dead)
+    room = np.empty((13, width))
+    light, rate, v, ref, free, on, off = room[6:]
+    columns, keys, places = np.empty(2 * width), np.empty(width, np.uint64), np.empty(width, np.int64)
     for y in range(first, taken.size // width):
         many = _wake_row(
             y, width, taken, asleep, image, lowest, highest, log_ambient, before, from_pixels[stretches // 2],
@@ -191,20 +166,23 @@ def fire_wall_pixels(
             return y, count
         for i in range(many):
             at = y * width + int(columns[i])
-            v[i], ref[i], free[i] = level[at], reference[at], free_us[at]
-            on[i], off[i], keys[i] = threshold_on[at], threshold_off[at], noise_key(seed, at)
+            places[i], keys[i] = at, noise_key(seed, at)
+            v[i], ref[i], free[i], on[i], off[i] = (
+                level[at],
+                reference[at],
+                free_us[at],
+                threshold_on[at],
+                threshold_off[at],
+            )
         for k in range(stretches):
             sample_row(image, from_pixels[k], y, columns, many, log_ambient, light, room)
-            _approach_row(many, light, keys, moments[k], noise, (edges[k + 1] - edges[k]) / tau_us, v, target, reached)
             for i in range(many):
-                if free[i] > edges[k] or target[i] - ref[i] > on[i] or ref[i] - target[i] > off[i]:
-                    v[i], ref[i], free[i], count = _follow(
-                        edges[k], edges[k + 1], target[i], tau_us * np.exp(-light[i]), v[i], ref[i], free[i],
-                        on[i], off[i], dead, delay_on, delay_off, y * width + int(columns[i]), pixels, times, count,
-                    )  # fmt: skip
-                else:
-                    v[i] = reached[i]
+                rate[i] = fast_exp(light[i]) / tau_us
+            count = fire_stretch(
+                many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
+                dead, delay_on, delay_off, places, room, pixels, times, count,
+            )  # fmt: skip
         for i in range(many):
-            at = y * width + int(columns[i])
+            at = places[i]
             level[at], reference[at], free_us[at] = v[i], ref[i], free[i]
     return taken.size // width, count

@@ -24,7 +24,7 @@ from bicode_lab.camera import (
 )
 from bicode_lab.camera.motion import turn_about
 from bicode_lab.camera.sensor import fire_lit_pixels, start_pixels
-from bicode_lab.camera.wall_pixels import fast_exp, fire_wall_pixels
+from bicode_lab.camera.wall_pixels import fire_wall_pixels
 from bicode_lab.events import check_events
 from bicode_lab.marker import Marker
 
@@ -112,11 +112,6 @@ def test_beyond_a_long_way_every_pixel_is_followed():
     lowest, highest = wall.extremes(views, SMALL)
     assert np.isneginf(lowest).all()
     assert np.isposinf(highest).all()
-
-
-def test_the_fast_exponential_is_the_exponential():
-    x = np.concatenate([np.linspace(-600, 600, 2001), np.linspace(-1e-3, 1e-3, 101)])
-    np.testing.assert_allclose([fast_exp(v) for v in x], np.exp(x), rtol=2e-11)
 
 
 # -- pixels

@@ -1,0 +1,181 @@
+"""Many pixels through one stretch of constant light, side by side.   light -> events, levels
+
+What a pixel does is in `fire_stretch`, in words in `sensor`. Here is how it is made fast: everything
+that all pixels do alike is a loop without a branch and without a call, which the compiler turns into
+wide instructions; hence the exponential and the logarithm are written out. What is left for a loop
+that takes pixel by pixel are the crossings.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+import numpy.typing as npt
+
+F4 = npt.NDArray[np.float32]
+F8 = npt.NDArray[np.float64]
+I4 = npt.NDArray[np.int32]
+I8 = npt.NDArray[np.int64]
+U4 = npt.NDArray[np.uint32]
+U8 = npt.NDArray[np.uint64]
+
+LOG2_E = 1.4426950408889634
+LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
+MOST_EVENTS_A_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
+MOST_TIME_CONSTANTS = 600.0  # a stretch of more is at its aim long before its end
+ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
+
+
+@nb.njit(inline="always", error_model="numpy")
+def fast_exp(x: float) -> float:
+    """The exponential of x, -700 < x < 700, to a part in 1e11."""
+    n = np.floor(x * LOG2_E + 0.5)
+    r = (x - n * LN_2_HIGH) - n * LN_2_LOW
+    upper = 1 + r / 6 * (1 + r / 7 * (1 + r / 8 * (1 + r / 9)))
+    p = 1 + r * (1 + r / 2 * (1 + r / 3 * (1 + r / 4 * (1 + r / 5 * upper))))
+    power = np.int64((np.int64(n) + 1023) << 52)
+    return float(p * power.view(np.float64))
+
+
+@nb.njit(inline="always", error_model="numpy")
+def fast_log(x: float) -> float:
+    """The natural logarithm of x > 0, to 1e-11."""
+    bits = np.float64(x).view(np.int64)
+    n = (bits - ROOT_HALF_BITS) >> 52
+    m = np.int64(bits - (n << 52)).view(np.float64)  # 0.7 .. 1.4
+    s = (m - 1) / (m + 1)
+    z = s * s
+    series = 1 + z * (1 / 3 + z * (1 / 5 + z * (1 / 7 + z * (1 / 9 + z * (1 / 11 + z * (1 / 13 + z / 15))))))
+    return float(n * LN_2_HIGH + (n * LN_2_LOW + 2 * s * series))
+
+
+@nb.njit(inline="always")
+def noise_key(seed: np.uint64, pixel: int) -> np.uint64:
+    """A seed and a pixel in, what `noise_from` wants of them out."""
+    return seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15))
+
+
+@nb.njit(inline="always")
+def noise_from(key: np.uint64, moment: int) -> float:
+    """A pixel's key and a moment in, a standard normal number (sum of four uniform ones) that is theirs out."""
+    z = key ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    low = np.uint64(0xFFFF)
+    total = (z & low) + ((z >> np.uint64(16)) & low) + ((z >> np.uint64(32)) & low) + (z >> np.uint64(48))
+    return (float(total) - 131070.0) * 2.6429e-5  # variance 4 * 65536^2 / 12
+
+
+@nb.njit(cache=True, error_model="numpy")
+def most_events(edges: F8, dead: float) -> int:
+    """Borders of stretches [us] and the time of a reset in, the most events a pixel can make in them out."""
+    most = 0
+    for k in range(edges.size - 1):
+        most += int(min(float(MOST_EVENTS_A_STRETCH), (edges[k + 1] - edges[k]) / max(dead, 1e-3) + 2))
+    return most
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _begin(
+    many: int, start: float, end: float, rate: F8, on: F8, off: F8, free: F8, off_aim: F8, ref_off: F8, rest: F8,
+    turn: I8,
+) -> int:  # fmt: skip
+    """List the pixels that can reach a threshold in the stretch; a reset that ends in it ends now."""
+    n = 0
+    for i in range(many):
+        if free[i] > start and free[i] < end:
+            ref_off[i] = off_aim[i] = off_aim[i] * fast_exp((start - free[i]) * rate[i])
+            rest[i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
+        turn[n] = i
+        n += (ref_off[i] < -on[i] or ref_off[i] > off[i]) and free[i] < end
+        free[i] = max(free[i], start)
+    return n
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _cross_once(
+    n: int, turn: I8, on: F8, off: F8, kept: F8, off_aim: F8, ref_off: F8, rest: F8, pixels: U4, times: F8, count: int
+) -> tuple[int, int]:
+    """The next crossing of the first `n` listed pixels; how many are still listed, and how many events there are.
+
+    Without a branch, as which pixel is done when cannot be foreseen. `pixels` and `times` get, of each, twice
+    its number and the polarity, and the share of the way to the aim that is left.
+    """
+    still = 0
+    for j in range(n):
+        i = turn[j]
+        rises = ref_off[i] < 0.0
+        short = ref_off[i] + on[i] if rises else ref_off[i] - off[i]
+        share = short / off_aim[i]
+        is_ahead = 0.0 < share < 1.0  # else the level is there already
+        share = share if is_ahead else 1.0
+        reached = short if is_ahead else off_aim[i]
+        after = rest[i] * share
+        fires = after > 1.0  # before the stretch ends
+        pixels[count] = np.uint32(2 * i + rises)
+        times[count] = share
+        count += fires
+        again = after * kept[i] > 1.0  # its reset ends before the stretch does
+        off_aim[i] = (reached * kept[i] if again else reached) if fires else off_aim[i]
+        rest[i] = (after * kept[i] if again else after) if fires else rest[i]
+        ref_off[i] = off_aim[i] if again else ref_off[i]
+        turn[still] = i
+        still += again and (ref_off[i] < -on[i] or ref_off[i] > off[i])
+    return still, count
+
+
+@nb.njit(cache=True, error_model="numpy")
+def fire_stretch(
+    many: int, start: float, end: float, keys: U8, moment: int, noise: float, light: F8, rate: F8,
+    level: F8, reference: F8, free: F8, on: F8, off: F8, dead: float, delay_on: float, delay_off: float,
+    places: I8, room: F8, pixels: U4, times: F8, count: int,
+) -> int:  # fmt: skip
+    """The first `many` pixels through one stretch of constant light [us]: their events, and how many there are now.
+
+    While a pixel is not in reset, its level's way to its aim shrinks by e in a time constant. So a way
+    of `off_aim` that is `short` at the crossing takes log(off_aim / short) time constants, and the
+    whole can be told in ratios: `rest` is e to the number of time constants until the stretch ends.
+
+    Parameters
+    ----------
+    keys, moment, noise : ndarray, int, float
+        Of the noise of this stretch.
+    light, rate : ndarray
+        Log signal, and how fast the level goes there [1/us].
+    level, reference, free : ndarray
+        The level, the level at the last reset, and when that ends [us]; all three are moved on.
+    on, off : ndarray
+        Thresholds.
+    dead, delay_on, delay_off : float
+        How long a reset lasts; what is added to the times of events [us].
+    places : ndarray
+        Numbers of the pixels.
+    room : ndarray, shape (6 or more, many or more)
+        For what lies between.
+    pixels, times : ndarray
+        Room for events, see `sensor.fire_lit_pixels`; `count` of them are there.
+    """
+    aim, off_aim, ref_off, rest, kept, turn = room[0], room[1], room[2], room[3], room[4], room[5].view(np.int64)
+    for i in range(many):
+        aim[i] = light[i] + noise * noise_from(keys[i], moment)
+    for i in range(many):
+        off_aim[i], ref_off[i] = level[i] - aim[i], reference[i] - aim[i]
+    for i in range(many):
+        rest[i] = fast_exp(min((end - start) * rate[i], MOST_TIME_CONSTANTS))
+    n, first = _begin(many, start, end, rate, on, off, free, off_aim, ref_off, rest, turn), count
+    for j in range(n):
+        kept[turn[j]] = fast_exp(-dead * rate[turn[j]])
+    while n > 0:
+        n, count = _cross_once(n, turn, on, off, kept, off_aim, ref_off, rest, pixels, times, count)
+    for j in range(first, count):
+        times[j] = fast_log(times[j])
+    for j in range(first, count):
+        i, rises = pixels[j] >> 1, pixels[j] & 1
+        crossing = free[i] - times[j] / rate[i]
+        times[j] = crossing + (delay_on if rises else delay_off)
+        free[i] = crossing + dead
+        pixels[j] = np.uint32(2 * places[i] + rises)
+    for i in range(many):
+        level[i], reference[i] = aim[i] + off_aim[i] / rest[i], aim[i] + ref_off[i]
+    return count
