@@ -25,7 +25,7 @@ def led_events(model, *, chip_us=500.0, payload=0x25, seed=1, clock_start_us=0):
     light = np.tile(levels, PACKETS)
     turns = np.concatenate([[0], np.flatnonzero(np.diff(light.astype(int))) + 1])
     state = start_pixels(np.ones(n, np.float32), model, np.random.default_rng(seed))
-    pixels, times = np.empty(n * turns.size * 6 + 10**5, np.uint32), np.empty(n * turns.size * 6 + 10**5)
+    pixels, times = np.empty(1 << 22, np.uint32), np.empty(1 << 22)
     _, count = fire_lit_pixels(
         0, np.arange(n, dtype=np.int32), np.ones((1, n), np.float32), np.full((1, 1, n), RATIO - 1, np.float32),
         np.append(turns, light.size) * chip_us, turns.astype(np.int64), light[turns].astype(np.float32)[:, None],
