@@ -2,7 +2,7 @@
 #
 #   make figures           every notebook, every figure, short settings, into figures/quick/
 #   make figures FULL=1    the same at the paper's scale, into figures/
-#   make test              every check
+#   make test              every check, but those that need a browser: make test-browser
 #
 # Also: make lab (open the notebooks), make html (every executed notebook as a page, into build/html/),
 # make format, make pins, make clean, make clean-all.
@@ -20,7 +20,7 @@ PINS = environment/requirements.txt
 READY = $(VENV)/.package-installed
 PIP = PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --quiet
 
-.PHONY: figures test lab html format pins clean clean-all
+.PHONY: figures test test-browser page-pictures lab html format pins clean clean-all
 
 figures: $(READY)
 	@$(BIN)/bicode figures $(if $(filter-out 0 no,$(FULL)),--full) $(if $(JOBS),--jobs $(JOBS))
@@ -28,7 +28,15 @@ figures: $(READY)
 test: $(READY)
 	@echo "ruff (style)" && $(BIN)/ruff check --quiet .
 	@echo "mypy (types)" && $(BIN)/mypy --strict bicode_lab
-	@echo "pytest (laws, oracles, rules, every notebook)" && $(BIN)/python -m pytest $(TESTS)
+	@echo "pytest (laws, oracles, rules, every notebook)" && $(BIN)/python -m pytest -m "not browser" $(TESTS)
+
+# The page of `bicode what-if` and a notebook in JupyterLab, in a real browser; skipped where Chromium is absent.
+test-browser: $(READY)
+	@$(BIN)/python -m pytest -m browser -rs tests/browser
+
+# The pictures of the page in figures/, looked at by people and compared by nobody.
+page-pictures: $(READY)
+	@BICODE_PAGE_PICTURES=figures $(BIN)/python -m pytest -m browser tests/browser/test_what_if_page.py
 
 lab: $(READY)
 	@$(BIN)/jupyter lab notebooks

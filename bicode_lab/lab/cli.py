@@ -26,6 +26,7 @@ COMMANDS = {
     "stress": ("command_stress", "stress", "Accuracy of both receivers as recordings get worse."),
     "sweep": ("command_sweep", "sweep_command", "Run the trials of a figure and print their accuracies."),
     "claims": ("command_claims", "claims", "Compare every claim of the paper with the figures' trials."),
+    "what-if": ("command_what_if", "what_if", "Ask what if with sliders, on a page in the browser."),
     "run": ("command_run", "run", "Run one notebook with other parameters."),
     "figures": ("command_run", "figures", "Run every notebook and write every figure."),
     "bench": ("command_bench", "bench", "Measure how fast this is on this machine."),

@@ -109,7 +109,7 @@ def run_notebook(
     for needed in (output.parent, folder):
         needed.mkdir(parents=True, exist_ok=True)
     start_s = time.perf_counter()
-    with _kernel_of_this_interpreter(folder):
+    with kernel_of_this_interpreter(folder):
         _execute(path, output, values)
     return NotebookRun(notebook=path, output=output, seconds=time.perf_counter() - start_s)
 
@@ -153,7 +153,7 @@ def _run_one(path: Path, output: Path, quick: bool, figures: Path) -> NotebookRu
 
 
 @contextlib.contextmanager
-def _kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
+def kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
     """Within: a kernel named `KERNEL_NAME` exists, and notebooks write figures to the folder."""
     package_parent = str(Path(__file__).resolve().parents[2])
     with tempfile.TemporaryDirectory(prefix="bicode-kernel-") as folder:
