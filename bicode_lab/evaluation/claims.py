@@ -25,6 +25,7 @@ import math
 from typing import Any
 
 import pandas as pd
+from tqdm import tqdm
 
 from bicode_lab.evaluation.claim_curves import Answer, NoTrials, Tables
 from bicode_lab.evaluation.claim_facts import FACTS
@@ -138,7 +139,8 @@ def judge_claims(claims: pd.DataFrame, tables: Tables) -> pd.DataFrame:
     ValueError
         A claim without a test.
     """
-    rows = [judge(claim, tables) for claim in claims.to_dict("records")]
+    bar = tqdm(claims.to_dict("records"), unit=" claims", leave=False, disable=None)
+    rows = [judge(claim, tables) for claim in bar]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
