@@ -25,6 +25,7 @@ TEMPLATE = """{%- extends 'lab/index.html.j2' -%}
 {%- block html_head_js_mathjax -%}{%- endblock -%}
 {%- block html_head_js_mermaidjs -%}{%- endblock -%}
 {%- block jupyter_widgets -%}{%- endblock -%}
+{%- block html_head_css -%}<style>.jp-InputArea-editor .highlight pre { white-space: pre-wrap }</style>{%- endblock -%}
 """
 WIDGET = "application/vnd.jupyter.widget-view+json"
 NO_WIDGET = "(Here is a slider. It moves in a running notebook: make lab)"
@@ -87,7 +88,9 @@ def write_index(entries: Sequence[Entry], folder: Path) -> Path:
         if entry.solution is not None:
             answers = entry.solution.relative_to(folder).as_posix()
             name += f'<br><small><a href="{answers}">worked answers</a></small>'
-        rows.append(f"<tr><td>{entry.notebook.name[:2]}<td>{name}<td>{html.escape(promise)}</tr>")
+        rows.append(
+            f"<tr><td>{entry.notebook.name[:2]}<td>{name}<td>{CODE_OR_FORMULA.sub(_draw, html.escape(promise))}</tr>"
+        )
     index = folder / "index.html"
     folder.mkdir(parents=True, exist_ok=True)
     index.write_text(

@@ -15,7 +15,7 @@ from bicode_lab.lab.cli import main
 from bicode_lab.lab.pages import NO_WIDGET, WIDGET, Entry, formula_picture, title_and_promise, write_index, write_page
 
 FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
-HEAD = "# Try things\n\nOne promise: you *try* `things`, see [the map](00_map.ipynb).\n\n**You will do:** little."
+HEAD = "# Try things\n\nOne promise: you *try* `things` in $\\Delta t$, see [the map](00_map.ipynb).\n\n**You will do:** a bit."
 TEXT = "Where $m = e^{-\\lambda}$, twice:\n\n$$P = (1 - m)^{2n}$$\n\nIn code, `cost = $5` and `price = $6` stay."
 LINKS = "[next](03_more.ipynb), [answers](solutions/02_try.ipynb#top), [code](https://example.org/a.ipynb)"
 PARAMETERS = "quick = True  # short settings\nseed = 0  # chance"
@@ -78,7 +78,7 @@ def test_a_page_fetches_nothing(executed: Path, tmp_path: Path) -> None:
 def test_formulas_are_pictures_with_their_tex_and_code_is_left_alone(executed: Path, tmp_path: Path) -> None:
     write_page(executed, tmp_path / "a.html")
     found = loaded(tmp_path / "a.html")
-    assert [alt for alt in found.alts if alt] == [r"m = e^{-\lambda}", "P = (1 - m)^{2n}"]
+    assert [alt for alt in found.alts if alt] == [r"\Delta t", r"m = e^{-\lambda}", "P = (1 - m)^{2n}"]
     assert "cost = $5" in found.text
     assert "price = $6" in found.text
 
@@ -111,7 +111,7 @@ def test_every_formula_of_the_notebooks_can_be_drawn() -> None:
 
 
 def test_title_and_promise_are_plain_text(executed: Path) -> None:
-    assert title_and_promise(executed) == ("Try things", "You try things, see the map.")
+    assert title_and_promise(executed) == ("Try things", r"You try things in $\Delta t$, see the map.")
 
 
 def test_the_index_names_every_notebook_and_says_which_did_not_run(executed: Path, tmp_path: Path) -> None:
@@ -121,7 +121,8 @@ def test_the_index_names_every_notebook_and_says_which_did_not_run(executed: Pat
     found = loaded(index)
     assert found.links == ["02_try.html"]
     assert "did not run" in found.text
-    assert found.fetched == []
+    assert found.alts == [r"\Delta t"] * 2
+    assert all(each.startswith("data:") for each in found.fetched)
 
 
 @pytest.mark.notebook
