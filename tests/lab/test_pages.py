@@ -15,7 +15,7 @@ from bicode_lab.lab.cli import main
 from bicode_lab.lab.pages import NO_WIDGET, WIDGET, Entry, formula_picture, title_and_promise, write_index, write_page
 
 FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
-HEAD = "# Try things\n\nOne promise: you *try* `things` in $\\Delta t$, see [the map](00_map.ipynb).\n\n**You will do:** a bit."
+HEAD = "# Try things\n\nOne promise: you *try* `things` in $\\Delta t$, see [it](00_map.ipynb).\n\n**You will** do."
 TEXT = "Where $m = e^{-\\lambda}$, twice:\n\n$$P = (1 - m)^{2n}$$\n\nIn code, `cost = $5` and `price = $6` stay."
 LINKS = "[next](03_more.ipynb), [answers](solutions/02_try.ipynb#top), [code](https://example.org/a.ipynb)"
 PARAMETERS = "quick = True  # short settings\nseed = 0  # chance"
@@ -111,7 +111,7 @@ def test_every_formula_of_the_notebooks_can_be_drawn() -> None:
 
 
 def test_title_and_promise_are_plain_text(executed: Path) -> None:
-    assert title_and_promise(executed) == ("Try things", r"You try things in $\Delta t$, see the map.")
+    assert title_and_promise(executed) == ("Try things", r"You try things in $\Delta t$, see it.")
 
 
 def test_the_index_names_every_notebook_and_says_which_did_not_run(executed: Path, tmp_path: Path) -> None:
