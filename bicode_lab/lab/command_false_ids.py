@@ -10,6 +10,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from bicode_lab.evaluation.false_ids import RECEIVERS, SCENE_S, SCENES_A_PIECE, add_up, count_ids, count_piece, rates
+from bicode_lab.lab.kept_rows import KeptRows
 from bicode_lab.lab.notebook import repository_root
 from bicode_lab.recordings import open_recording
 
@@ -27,7 +28,8 @@ def false_ids(files: tuple[Path, ...], hours: float, receiver: str, out: Path | 
     """Count IDs in simulated clutter, or in FILES, recordings that hold no marker.
 
     Clutter comes in pieces of half a minute with seeds of their own. Each is written to OUT when it
-    is done, and a piece that is there is not done again, so that a run can be stopped and gone on with.
+    is done, and a piece that is there is not done again, so that a run can be stopped and gone on with;
+    pieces counted by other code are.
     """
     receivers = RECEIVERS if receiver == "both" else (receiver,)
     figures = repository_root() / "figures"
@@ -44,20 +46,15 @@ def false_ids(files: tuple[Path, ...], hours: float, receiver: str, out: Path | 
 
 def _count_clutter(hours: float, receivers: Sequence[str], out: Path) -> pd.DataFrame:
     """Hours in; rows of all their pieces, the missing ones counted and written now, out."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    done: set[tuple[int, str]] = set()
-    if out.exists():
-        kept = pd.read_csv(out)
-        done = set(zip(kept["piece"].tolist(), kept["receiver"].tolist(), strict=True))
+    kept = KeptRows(out, count_piece)
+    done = set() if kept.table.empty else set(zip(kept.table["piece"], kept.table["receiver"], strict=True))
     n_pieces = -int(-hours * 3600 // (SCENE_S * SCENES_A_PIECE))
     missing = {n: [r for r in receivers if (n, r) not in done] for n in range(n_pieces)}
     todo = sorted((n for n in missing if missing[n]), key=lambda n: -len(missing[n]))  # new scenes first
     for number in tqdm(todo, unit=" pieces", disable=None):
-        rows = count_piece(number, missing[number])
-        rows.to_csv(out, mode="a", index=False, header=not out.exists(), lineterminator="\n")
-    table = pd.read_csv(out).sort_values(["piece", "receiver"], kind="stable")
-    table.to_csv(out, index=False, lineterminator="\n")
-    return table[table["piece"] < n_pieces]
+        kept.add(count_piece(number, missing[number]))
+    kept.write(kept.table.sort_values(["piece", "receiver"], kind="stable"))
+    return kept.table[kept.table["piece"] < n_pieces]
 
 
 def _count_file(file: Path, receivers: Sequence[str]) -> pd.DataFrame:

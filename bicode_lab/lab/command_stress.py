@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 import numpy as np
-import pandas as pd
 from tqdm import tqdm
 
 from bicode_lab.evaluation.reach import reaches
 from bicode_lab.evaluation.stress import DISTANCE, STRESSORS, over_seeds
 from bicode_lab.evaluation.stress import stress as stress_trial
+from bicode_lab.lab.kept_rows import KeptRows
 from bicode_lab.lab.notebook import repository_root
 
 
@@ -25,21 +25,16 @@ from bicode_lab.lab.notebook import repository_root
 def stress(seeds: int, out: Path | None) -> None:
     """Lose, add, shift and saturate events, move away, and count the periods that both receivers still read.
 
-    Each trial is written to OUT when it is done, and one that is there is not done again.
+    Each trial is written to OUT when it is done, and one that is there is not done again, if the same code made it.
     """
-    target = out or repository_root() / "figures" / "stress.csv"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    done: set[tuple[str, float, int]] = set()
-    if target.exists():
-        table = pd.read_csv(target)
-        done = set(zip(table["stressor"], table["level"], table["seed"], strict=True))
+    kept = KeptRows(out or repository_root() / "figures" / "stress.csv", stress_trial)
+    names = ["stressor", "level", "seed"]
+    done = set() if kept.table.empty else set(kept.table[names].itertuples(index=False, name=None))
     trials = [(s, float(level), seed) for seed in range(seeds) for s in (*STRESSORS, DISTANCE) for level in s.levels]
     missing = [trial for trial in trials if (trial[0].name, trial[1], trial[2]) not in done]
     for stressor, level, seed in tqdm(missing, unit=" trials", disable=None):
-        rows = stress_trial(stressor, level, seed)
-        rows.to_csv(target, mode="a", index=False, header=not target.exists(), lineterminator="\n")
-    table = pd.read_csv(target)
-    table = table[table["seed"] < seeds]
+        kept.add(stress_trial(stressor, level, seed))
+    table = kept.table[kept.table["seed"] < seeds]
     summary = over_seeds(table, np.random.default_rng(0))
     click.echo(summary.drop(columns="distance_m").to_string(index=False, float_format="%.3g"))
     click.echo()

@@ -89,7 +89,7 @@ def test_rates_add_up_hours() -> None:
 
 
 def test_a_stopped_count_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from bicode_lab.lab import command_false_ids
+    from bicode_lab.lab import command_false_ids, kept_rows
 
     asked = []
 
@@ -98,6 +98,8 @@ def test_a_stopped_count_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytes
         return count_piece(number, receivers, scene_s=0.1, scenes=1).assign(seconds=30.0)
 
     monkeypatch.setattr(command_false_ids, "count_piece", counted)
+    monkeypatch.setattr(kept_rows, "digest_of", lambda function, files: digest)
+    digest = "a"
     out = tmp_path / "counts.csv"
     both = ("paper", "soft")
     runs = [
@@ -115,3 +117,13 @@ def test_a_stopped_count_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytes
     table = pd.read_csv(out)
     assert len(table) == 3 * 2 * len(module.CHECKSUMS)
     assert not table.duplicated(["piece", "receiver", "checksum"]).any()
+    asked.clear()
+    digest = "b"  # other code, such as another constant of the camera
+    with pytest.raises(SystemExit):
+        main(["false-ids", "--hours", "0.01", "--receiver", "paper", "--out", str(out)])
+    assert asked == [(0, "paper"), (1, "paper")]
+    assert set(pd.read_csv(out)["digest"]) == {"b"}
+    out.write_bytes(b"\x00\xff no table")
+    with pytest.raises(SystemExit) as ended:
+        main(["false-ids", "--hours", "0.01", "--out", str(out)])
+    assert ended.value.code == 2
