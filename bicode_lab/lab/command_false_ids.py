@@ -12,12 +12,13 @@ from tqdm import tqdm
 from bicode_lab.evaluation.false_ids import RECEIVERS, SCENE_S, SCENES_A_PIECE, add_up, count_ids, count_piece, rates
 from bicode_lab.lab.kept_rows import KeptRows
 from bicode_lab.lab.notebook import repository_root
+from bicode_lab.lab.options import Real
 from bicode_lab.recordings import open_recording
 
 
 @click.command(name="false-ids")
 @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--hours", type=click.FloatRange(0, min_open=True), default=3.0, show_default=True, help="Of clutter.")
+@click.option("--hours", type=Real(), default=3.0, show_default=True, help="Of clutter.")
 @click.option("--receiver", type=click.Choice([*RECEIVERS, "both"]), default="both", show_default=True)
 @click.option(
     "--out",
@@ -31,6 +32,8 @@ def false_ids(files: tuple[Path, ...], hours: float, receiver: str, out: Path | 
     is done, and a piece that is there is not done again, so that a run can be stopped and gone on with;
     pieces counted by other code are.
     """
+    if hours <= 0:
+        raise ValueError(f"--hours {hours:g} is no time to count in; choose more than 0")
     receivers = RECEIVERS if receiver == "both" else (receiver,)
     figures = repository_root() / "figures"
     if files:

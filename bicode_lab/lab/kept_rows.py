@@ -22,7 +22,7 @@ class KeptRows:
     Parameters
     ----------
     path : Path
-        Made, with its folder, when the first row comes. Rows of other code that are in it are dropped now.
+        Made, with its folder, when the first row comes; rows of other code that are in it are dropped then.
     function : callable
         What makes rows.
     """
@@ -31,7 +31,7 @@ class KeptRows:
         self.path = path
         self.digest = digest_of(function, ())
         self.table = pd.DataFrame()
-        path.parent.mkdir(parents=True, exist_ok=True)
+        self._begun = False
         if path.exists():
             try:
                 table = pd.read_csv(path)
@@ -41,10 +41,13 @@ class KeptRows:
             self.table = table[same]
             if not same.all():
                 click.echo(f"{path.name}: {(~same).sum()} rows were made by other code and are made again", err=True)
-                self.write(self.table)
 
     def add(self, rows: pd.DataFrame) -> None:
         """New rows in; they are in the file at once."""
+        if not self._begun:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self.write(self.table)
+            self._begun = True
         rows = rows.assign(digest=self.digest)
         rows.to_csv(self.path, mode="a", index=False, header=self.table.empty, lineterminator="\n")
         self.table = pd.concat([self.table, rows], ignore_index=True)

@@ -159,7 +159,8 @@ def kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
     with tempfile.TemporaryDirectory(prefix="bicode-kernel-") as folder:
         spec = Path(folder) / "kernels" / KERNEL_NAME
         spec.mkdir(parents=True)
-        argv = [sys.executable, "-m", "ipykernel_launcher", "--log-level=ERROR", "-f", "{connection_file}"]
+        # A kernel is interrupted before it is shut down, and a late one calls that an error. Cells fail by other ways.
+        argv = [sys.executable, "-m", "ipykernel_launcher", "--log-level=CRITICAL", "-f", "{connection_file}"]
         about = {"display_name": "bicode_lab", "language": "python"}
         (spec / "kernel.json").write_text(json.dumps({"argv": argv, **about}), encoding="utf-8")
         changed = {
