@@ -15,8 +15,8 @@ polarity as +1 and -1 (II-A); `polarity_sign` is the one place where that is mad
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator
+from bisect import bisect_left
+from collections.abc import Iterable
 
 import numpy as np
 import numpy.typing as npt
@@ -148,24 +148,3 @@ def copy_events(events: Events) -> Events:
 def _words(events: Events) -> npt.NDArray[np.int64]:
     """Events in, the same memory as two words each out: numpy moves those ten times faster than records."""
     return np.ascontiguousarray(events).view(np.int64).reshape(-1, 2)
-
-
-def merge_streams(first: Iterable[Events], second: Iterable[Events]) -> Iterator[Events]:
-    """Two time-ordered streams of chunks in, one out; no more than a chunk of each is held."""
-    sources = (iter(first), iter(second))
-    held = [_next_chunk(source) for source in sources]
-    while held[0].size and held[1].size:
-        settled_us = min(chunk["t"][-1] for chunk in held)  # no later chunk starts before this
-        cuts = [bisect_right(chunk["t"], settled_us) for chunk in held]
-        yield merge(held[0][: cuts[0]], held[1][: cuts[1]])
-        for i, source in enumerate(sources):
-            held[i] = held[i][cuts[i] :] if cuts[i] < held[i].size else _next_chunk(source)
-    for rest, source in zip(held, sources, strict=True):
-        if rest.size:
-            yield rest
-            yield from (chunk for chunk in source if chunk.size)
-
-
-def _next_chunk(source: Iterator[Events]) -> Events:
-    """The next chunk that holds an event, or an empty one at the end."""
-    return next((chunk for chunk in source if chunk.size), no_events())

@@ -10,7 +10,6 @@ from bicode_lab.events import (
     check_events,
     make_events,
     merge,
-    merge_streams,
     no_events,
     polarity_sign,
     slice_time,
@@ -112,18 +111,10 @@ def test_merging_keeps_every_event_in_order(first, second):
     assert merge(first).tolist() == first.tolist()
 
 
-@given(EVENTS, EVENTS, st.lists(st.integers(0, 9), max_size=5), st.lists(st.integers(0, 9), max_size=5))
-def test_merging_streams_is_merging_arrays_however_they_are_cut(first, second, sizes_1, sizes_2):
-    chunks = list(merge_streams(cut(first, sizes_1), cut(second, sizes_2)))
-    assert all(chunk.size for chunk in chunks)
-    together = np.concatenate([no_events(), *chunks])
-    assert rows_of(together) == rows_of(merge(first, second))
-    check_events(together, WIDTH, HEIGHT)
-
-
-def test_ties_between_streams_put_the_first_stream_first():
+def test_ties_put_the_first_argument_first():
     ones, twos = make_events([1], [0], [1], [7]), make_events([2], [0], [1], [7])
-    assert np.concatenate(list(merge_streams([ones], [twos])))["x"].tolist() == [1, 2]
+    assert merge(ones, twos)["x"].tolist() == [1, 2]
+    assert merge(twos, ones)["x"].tolist() == [2, 1]
 
 
 def test_empty_arrays_are_legal_everywhere():
@@ -131,7 +122,6 @@ def test_empty_arrays_are_legal_everywhere():
     check_events(empty, WIDTH, HEIGHT)
     assert make_events([], [], [], []).dtype == EVENT_DTYPE
     assert slice_time(empty, 0, 10).size == polarity_sign(empty).size == merge().size == merge(empty, empty).size == 0
-    assert list(merge_streams([], [empty])) == []
 
 
 @given(EVENTS)
