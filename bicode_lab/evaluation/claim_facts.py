@@ -54,11 +54,13 @@ def compare(ours: float | Iterable[float], stated: str) -> Answer:
 
 
 def tried(figure: str, column: str, where: Where | None = None, scale: float = 1.0) -> Fact:
-    """A figure and a column in; a fact that holds where its trials have the values the claim states out."""
+    """A figure and a column in; a fact that holds where all values the claim states are among its trials' out."""
 
     def fact(tables: Tables, stated: str) -> Answer:
-        values = rows_where(tables, figure, where or {})[column].unique()
-        return compare((scale * values).tolist(), stated)
+        values = scale * rows_where(tables, figure, where or {})[column].to_numpy(float)
+        paper = [float(value) for value in stated.split(";")]
+        there = [value for value in paper if np.isclose(values, value).any()]
+        return is_so("; ".join(f"{value:g}" for value in there), there == paper)
 
     return fact
 

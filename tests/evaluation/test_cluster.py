@@ -37,7 +37,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing_and_counts_nothing_twice(
     two_workers: LocalCluster, tmp_path: Path
 ) -> None:
     (tmp_path / "notes").mkdir()
-    trials = trials_of(seeds=10, wait_s=0.1, note_in=str(tmp_path / "notes"))
+    trials = trials_of(seeds=10, wait_s=0.25, note_in=str(tmp_path / "notes"))
     store = tmp_path / "s.sqlite"
     results: list[Sweep] = []
     thread = threading.Thread(
@@ -72,7 +72,7 @@ def test_a_trial_that_raises_or_kills_is_told_and_the_others_go_on(two_workers: 
 
 def test_a_cluster_that_goes_away_is_told_and_what_was_done_is_kept(tmp_path: Path) -> None:
     store = tmp_path / "s.sqlite"
-    trials = trials_of(seeds=10, wait_s=0.1)
+    trials = trials_of(seeds=10, wait_s=0.25)
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         said: list[str] = []
 

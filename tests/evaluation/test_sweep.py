@@ -131,7 +131,7 @@ import sys
 from bicode_lab.evaluation.sweep import sweep
 from tests.evaluation.test_sweep import run, trials_of
 if __name__ == "__main__":
-    sweep(run, trials_of(seeds=10, wait_s=0.1, note_in=sys.argv[2]), sys.argv[1], jobs=2)
+    sweep(run, trials_of(seeds=10, wait_s=0.25, note_in=sys.argv[2]), sys.argv[1], jobs=2)
 """
 
 
@@ -173,12 +173,12 @@ def children_of(process: int) -> list[int]:
 
 
 def resumed(tmp_path: Path) -> pd.DataFrame:
-    trials = trials_of(seeds=10, wait_s=0.1, note_in=str(tmp_path / "notes"))
+    trials = trials_of(seeds=10, wait_s=0.25, note_in=str(tmp_path / "notes"))
     return sweep(run, trials, tmp_path / "s.sqlite", jobs=2).table
 
 
 def check_nothing_lost_or_twice(tmp_path: Path, table: pd.DataFrame) -> None:
-    trials = trials_of(seeds=10, wait_s=0.1, note_in=str(tmp_path / "notes"))
+    trials = trials_of(seeds=10, wait_s=0.25, note_in=str(tmp_path / "notes"))
     undisturbed = sweep(run, trials, tmp_path / "other.sqlite", jobs=2).table
     pd.testing.assert_frame_equal(table, undisturbed)
     assert [count for *_, count in stored(tmp_path / "s.sqlite")] == [1] * len(trials)
@@ -217,7 +217,7 @@ def is_worker(pid: int) -> bool:
 @pytest.mark.slow
 def test_ctrl_c_stops_it_at_once(in_the_middle: subprocess.Popen[bytes], tmp_path: Path) -> None:
     in_the_middle.send_signal(signal.SIGINT)
-    in_the_middle.wait(timeout=10)
+    in_the_middle.wait(timeout=60)
     assert in_the_middle.returncode != 0
     assert 5 <= len(stored(tmp_path / "s.sqlite")) < 30
     check_nothing_lost_or_twice(tmp_path, resumed(tmp_path))
