@@ -16,10 +16,18 @@ OF_THE_PAPER = range(1, 8)  # notebooks whose number is that of a figure they re
 pytestmark = pytest.mark.notebook
 
 
+def said_by(cells):
+    """All that the cells printed."""
+    return "".join("".join(output.get("text", [])) for cell in cells for output in cell.get("outputs", []))
+
+
 @pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
 def test_it_runs_and_writes_its_figures(path, tmp_path):
     figures = tmp_path / "figures"
-    run_notebook(path, quick=True, output=tmp_path / path.name, figures=figures)
+    done = run_notebook(path, quick=True, output=tmp_path / path.name, figures=figures)
+    cells = json.loads(done.output.read_text(encoding="utf-8"))["cells"]
+    checks = sum("".join(cell["source"]).count("check_answer(") for cell in cells if cell["cell_type"] == "code")
+    assert said_by(cells).count("not attempted yet") == checks, "an exercise that nobody tried says so"
     number = path.name[:2]
     pictures = sorted(figures.glob("fig_*.png"))
     if int(number) in OF_THE_PAPER:
@@ -33,8 +41,5 @@ def test_it_runs_and_writes_its_figures(path, tmp_path):
 @pytest.mark.parametrize("path", SOLUTIONS, ids=lambda path: path.stem)
 def test_a_solution_is_correct(path, tmp_path):
     done = run_notebook(path, quick=True, output=tmp_path / path.name, figures=tmp_path / "figures")
-    cells = json.loads(done.output.read_text(encoding="utf-8"))["cells"]
-    said = "".join(
-        "".join(output.get("text", [])) for cell in cells for output in cell.get("outputs", []) if "text" in output
-    )
+    said = said_by(json.loads(done.output.read_text(encoding="utf-8"))["cells"])
     assert not re.search(r"(?m)^not (yet|attempted)", said), said

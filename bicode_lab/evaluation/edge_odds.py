@@ -25,7 +25,9 @@ Numbers = npt.NDArray[np.int64]
 
 MOST_DRAWS = 48
 MOST_PACKETS = 12
+MOST_PIXELS = 4000  # near the camera more are lit; those left out answer as the one nearest in contrast
 WORK = 150_000  # draws times packets times pixels that are followed: a fraction of a second
+ENOUGH = 12_000  # packets times pixels in one draw
 PLACES = [((2 * k + 1) / 16 - 0.5, (2 * (3 * k % 8) + 1) / 16 - 0.5) for k in range(8)]  # within a pixel [px]
 WARM_UP_PACKETS = 1
 
@@ -79,18 +81,30 @@ def edge_odds(scene: Scene, delta_t_id_us: int, seed: int) -> EdgeOdds:
     chosen = np.flatnonzero(contrast.max(0) > _least_contrast(scene.pixel_model))
     if not chosen.size:
         return EdgeOdds(np.zeros((1, 2, bins, *shape)), float(contrast.max()), (0.0, 0.0))
-    draws = int(np.clip(WORK // (chosen.size * MOST_PACKETS), 1, MOST_DRAWS))
-    packets = int(np.clip(WORK // (chosen.size * draws), 1, MOST_PACKETS))
+    followed, stands_for = _some_of(chosen, contrast.max(0))
+    n = followed.size
+    draws = int(np.clip(WORK // (n * MOST_PACKETS), 1, MOST_DRAWS))
+    packets = int(np.clip(ENOUGH // n, 2, MOST_PACKETS))
     rng = np.random.default_rng(seed)
     end_us = (packets + WARM_UP_PACKETS) * marker.packet_format.packet_us
-    events = _fire(scene, patch, chosen, draws, end_us, rng)
-    fired, rises, per_edge = _sort_by_edge(events, marker, scene.pixel_model, chosen.size, draws, end_us,
-                                           delta_t_id_us, rng)  # fmt: skip
+    events = _fire(scene, patch, followed, draws, end_us, rng)
+    fired, rises, per_edge = _sort_by_edge(events, marker, scene.pixel_model, n, draws, end_us, delta_t_id_us, rng)
     odds = np.zeros((draws, 2, bins, shape[0] * shape[1]))
     for side in (0, 1):
-        share = fired[rises == bool(side)].mean(0)
-        odds[:, side][:, :, chosen] = share.reshape(bins, draws, chosen.size).swapaxes(0, 1)
-    return EdgeOdds(odds.reshape(draws, 2, bins, *shape), float(contrast.max()), per_edge)
+        share = fired[rises == bool(side)].mean(0).reshape(bins, draws, n).swapaxes(0, 1)
+        odds[:, side][:, :, chosen] = share[:, :, stands_for]
+    off, on = (count * chosen.size / n for count in per_edge)
+    return EdgeOdds(odds.reshape(draws, 2, bins, *shape), float(contrast.max()), (off, on))
+
+
+def _some_of(chosen: Numbers, contrast: Floats) -> tuple[Numbers, Numbers]:
+    """Numbers of pixels in; those to follow, spread evenly over the contrast, and which stands for each, out."""
+    order = np.argsort(contrast[chosen], kind="stable")
+    step = -(-chosen.size // MOST_PIXELS)
+    followed = chosen[order[step // 2 :: step]]
+    stands_for = np.empty(chosen.size, np.int64)
+    stands_for[order] = np.minimum(np.arange(chosen.size) // step, followed.size - 1)
+    return followed, stands_for
 
 
 def _least_contrast(model: PixelModel) -> float:

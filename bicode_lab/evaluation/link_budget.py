@@ -212,8 +212,8 @@ def at_most(odds: Floats, most: int) -> float:
     """
     happens = odds[odds > 0]
     mean = happens.sum()
-    if mean - most > 8 * np.sqrt(mean) + 8:  # beyond eight standard deviations
-        return 0.0
+    if abs(mean - most) > 8 * np.sqrt(mean) + 8:  # beyond eight standard deviations
+        return float(mean < most)
     chance = np.zeros(most + 1)
     chance[0] = 1.0
     for p in happens:
