@@ -93,10 +93,10 @@ def bootstrap(
 ) -> tuple[float, float]:
     """One share a seed and the number of all periods in, the 95 % interval of their mean, drawn over seeds, out.
 
-    Where every period of every seed was right, or wrong, or there is one seed, there is nothing to draw from; then
-    it is Wilson's interval over the periods, which takes them as independent.
+    Where all seeds have the same share, one seed among them, there is nothing to draw from; then it is Wilson's
+    interval over the periods, which takes them as independent.
     """
-    if shares.size == 1 or ((shares == shares[0]).all() and shares[0] in (0.0, 1.0)):
+    if (shares == shares[0]).all():
         share, weight = shares[0], 1.96**2 / (n_periods + 1.96**2)
         middle = share + (0.5 - share) * weight
         half = 1.96 * np.sqrt(share * (1 - share) * n_periods + 1.96**2 / 4) / (n_periods + 1.96**2)

@@ -36,7 +36,8 @@ def test_each_condition_has_its_own_row() -> None:
     assert (far["seeds"], far["periods"], far["low"], far["high"]) == (2, 200, 0, 1)
 
 
-def test_one_seed_has_wilsons_interval() -> None:
+def test_seeds_that_are_all_the_same_have_wilsons_interval() -> None:
     for right, of in ((0, 20), (3, 20), (10, 20), (20, 20), (199, 200)):
         expected = accuracy(np.arange(of) < right)
-        assert bootstrap(np.array([right / of]), of, np.random.default_rng(0)) == pytest.approx(expected[1:], abs=1e-4)
+        for shares in (np.array([right / of]), np.full(5, right / of)):
+            assert bootstrap(shares, of, np.random.default_rng(0)) == pytest.approx(expected[1:], abs=1e-4)
