@@ -16,7 +16,7 @@ from bicode_lab.lab.notebook import repository_root
 
 
 @click.command()
-@click.option("--seeds", type=click.IntRange(1), default=10, show_default=True, help="Recordings of each condition.")
+@click.option("--seeds", type=click.IntRange(1), default=20, show_default=True, help="Recordings of each condition.")
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
