@@ -15,7 +15,6 @@ import pandas as pd
 
 from bicode_lab.evaluation.digest import digest_of
 
-
 _PACKAGE = Path(__file__).resolve().parents[1]
 CONSTANTS = tuple(f"{_PACKAGE.name}/{path.name}" for path in sorted(_PACKAGE.glob("*.csv")))
 """Numbers that the code reads from tables."""
