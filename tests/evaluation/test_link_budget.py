@@ -76,7 +76,7 @@ def test_contrast_of_a_near_plate_is_led_over_ambient() -> None:
     scene = Scene()
     near = budget_of(replace(scene, markers=(Placed(path=Still(Pose.facing(0.5))),)))
     whole = np.log1p(scene.light.led_to_ambient / scene.light.plate_reflectance)
-    assert 0.85 * whole < near.contrast <= whole  # the halo takes its share from the plate's middle
+    assert 0.85 * whole < near.contrast <= whole + 1e-6  # the halo takes its share; images are of float32
 
 
 def recorded(distance_m: float, seed: int, periods: int) -> tuple[Scene, np.ndarray]:
