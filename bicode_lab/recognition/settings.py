@@ -38,10 +38,12 @@ class ReceiverSettings:
         the others a non-zero pixel of the 3-valued frame (the paper's way).
     min_blink_fraction : float
         In which share of the delta_t_blinker frames of a period, 0 .. 1; see `regions`.
+    opening_px : int
+        Opening: glowing pixels that lie in no full square of this side are dropped [px]; 0 or 1 drops none.
     closing_px : int
         Closing: glowing pixels with up to this many dark ones between them are one region [px].
     min_region_pixels : int
-        Opening: fewer glowing pixels are no region (a hot pixel is one).
+        Fewer glowing pixels are no region (a hot pixel is one).
     max_regions : int
         Most regions kept in a period, those of the most frames first; a flood of noise costs no more than this.
     led_count : {"pixels", "events"}
@@ -82,6 +84,7 @@ class ReceiverSettings:
     frame_rule_2d: Literal["any", "sum", "last", "count"] = "any"
     frame_rule_blinker: Literal["blink", "sum", "last", "any"] = "blink"
     min_blink_fraction: float = 0.3
+    opening_px: int = 0
     closing_px: int = 2
     min_region_pixels: int = 3
     max_regions: int = 64
@@ -143,7 +146,7 @@ class ReceiverSettings:
 
     def _check_ranges(self) -> None:
         for name, least in {
-            "width": 1, "height": 1, "closing_px": 0, "min_region_pixels": 1, "max_regions": 1, "max_age": 0,
+            "width": 1, "height": 1, "opening_px": 0, "closing_px": 0, "min_region_pixels": 1, "max_regions": 1, "max_age": 0,
         }.items():  # fmt: skip
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")

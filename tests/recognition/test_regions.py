@@ -8,6 +8,7 @@ import pytest
 from blinker import blink, hot_pixels, noise, plate, square
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from bicode_lab.events import Events, make_events, merge, no_events
 from bicode_lab.marker import Board, Marker
@@ -32,6 +33,8 @@ def papers_way(events: Events, s: ReceiverSettings) -> list[tuple[int, int, int,
     votes = (frames[0] & frames[1]).sum(axis=0)
     moments = (marks[0] | marks[1]).sum(axis=0)
     kept = (votes >= np.ceil(s.min_blink_fraction * (n_bins - 1))) & (moments >= LEAST_MOMENTS)
+    if s.opening_px > 1:
+        kept = ndimage.binary_opening(kept, np.ones((s.opening_px, s.opening_px)))
     # At twice the size, pixels up to closing_px + 1 apart touch when each grows by closing_px on all sides.
     side = s.closing_px + 1
     large = cv2.resize(kept.astype(np.uint8), None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
