@@ -21,6 +21,7 @@ from bicode_lab.marker import Board
 Image = npt.NDArray[np.float32]
 
 SHAPE_TOLERANCE = 0.02  # a template serves until a side of the plate has changed by this share
+EDGE_LOBE = 5  # side faces shine as cos^5 off their normal: half at 30 deg, as bullet LEDs do; assumption
 HALO_REACH = 3.0  # the halo is drawn out to this many of its standard deviations
 
 
@@ -110,7 +111,8 @@ def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) ->
     Parameters
     ----------
     edge_glow : float
-        Luminance of the plate's side faces over that of its face; they are what is seen at grazing angles (IV-B).
+        Luminance of the plate's side faces, seen straight on, over that of its face; they are what is seen at
+        grazing angles (IV-B). Off their normal they are darker, see `EDGE_LOBE`.
     """
     shape = shape_px(board, pose, optics)
     corners = image_corners(board, pose, optics)
@@ -123,11 +125,14 @@ def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) ->
     glow = np.zeros((rows, columns), np.float32)
     mask = np.zeros((rows, columns), np.float32)
     samples = 4
-    for cells, corners_m in _faces(board, edge_glow):
+    for number, (cells, corners_m) in enumerate(_faces(board, edge_glow)):
         placed = pose.apply(corners_m)
         normal = np.cross(placed[1] - placed[0], placed[3] - placed[0])
         if normal @ placed[0] <= 0:  # seen from behind
             continue
+        if number:  # a side face
+            to_it = placed.mean(0)
+            cells = cells * (normal @ to_it / (np.linalg.norm(normal) * np.linalg.norm(to_it))) ** EDGE_LOBE
         quad = optics.project(placed) @ to_fine[:2, :2].T + to_fine[:2, 2]
         unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
         to_cells = np.asarray(cv2.getPerspectiveTransform(quad.astype(np.float32), unit), np.float64)

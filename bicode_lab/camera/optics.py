@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.camera.motion import Floats, Pose
+from bicode_lab.constants import constant
 
 IR88_TRANSMITTANCE = 0.8  # of the IR88 filter at 940 nm, and next to nothing of visible light (III-A)
 REFERENCE_LUX = 350.0  # the paper's office (IV-A)
@@ -34,11 +35,11 @@ class Optics:
     focal_length_mm : float
     f_number : float
     blur_px : float
-        Standard deviation of the core of a point's image [px]; a trial needed 1 .. 1.5.
+        Standard deviation of the core of a point's image [px]; see `constants.csv`, also for the two below.
     halo_fraction : float
-        Share of a point's light that lands in a wide halo (glare of lens and plate); a trial needed 0.02 .. 0.05.
+        Share of a point's light that lands in a wide halo (glare of lens and plate).
     halo_px : float
-        Standard deviation of that halo [px]; an assumption.
+        Standard deviation of that halo [px].
     infrared_filter : bool
         The IR88 filter of III-A in front of the lens.
     """
@@ -48,9 +49,9 @@ class Optics:
     pitch_um: float = 4.86
     focal_length_mm: float = 8.0
     f_number: float = 5.6
-    blur_px: float = 1.1
-    halo_fraction: float = 0.03
-    halo_px: float = 8.0
+    blur_px: float = constant("blur_px")
+    halo_fraction: float = constant("halo_fraction")
+    halo_px: float = constant("halo_px")
     infrared_filter: bool = False
 
     def __post_init__(self) -> None:
@@ -104,7 +105,7 @@ class Light:
     plate_reflectance : float
         Of the plate with its LED off, relative to the same; 1 makes the dark plate invisible.
     led_to_ambient : float
-        Signal of a red face at 10.7 mA on 5 cm over that of the office; free, set by the ranges of Fig. 8 (0.7 .. 1.4).
+        Signal of a red face at 10.7 mA on 5 cm over that of the office; see `constants.csv`.
     infrared_led_to_ambient : float
         The same for the 940 nm LED without a filter; assumed equal.
     infrared_share : float
@@ -115,8 +116,8 @@ class Light:
     illuminance_lux: float = 350.0
     reflectance: float = 1.0
     plate_reflectance: float = 1.0
-    led_to_ambient: float = 0.8
-    infrared_led_to_ambient: float = 0.8
+    led_to_ambient: float = constant("led_to_ambient")
+    infrared_led_to_ambient: float = constant("led_to_ambient")
     infrared_share: float = OFFICE_INFRARED_SHARE
 
     def __post_init__(self) -> None:

@@ -23,7 +23,8 @@ class Readout:
     Parameters
     ----------
     row_us : float
-        Time to turn to a row [us] (assumption: 0.02).
+        Time to turn to a row [us]; 0 by default: the events of a row go together when many wait, and what a turn
+        costs is in the vendor's peak rate.
     peak_mev_per_s : float
         Events of a row that can be read a microsecond (vendor: about 1000 Mev/s).
     sustained_mev_per_s : float
@@ -32,7 +33,7 @@ class Readout:
         What it holds back meanwhile (assumption: 2 million).
     """
 
-    row_us: float = 0.02
+    row_us: float = 0.0
     peak_mev_per_s: float = 1000.0
     sustained_mev_per_s: float = 50.0
     buffer_events: int = 2_000_000

@@ -17,6 +17,7 @@ from bicode_lab.camera.patch import Patch, PlateImage
 from bicode_lab.camera.readout import Readout, ReadoutQueue
 from bicode_lab.camera.sensor import PixelModel, PixelState, fire_lit_pixels, sort_by_time, start_pixels
 from bicode_lab.camera.wall_pixels import fire_wall_pixels, settle
+from bicode_lab.constants import constant
 from bicode_lab.events import EVENT_DTYPE, Events, join, no_events
 from bicode_lab.marker import Marker
 
@@ -48,8 +49,7 @@ class Scene:
     wall : Wall or None
         A texture behind the markers; None is an even grey that makes no events.
     edge_glow : float
-        Luminance of a plate's side faces over its face's: 1 for bare edges, less under the
-        reflection tape of III-A (0.3, assumption).
+        Luminance of a plate's side faces, seen straight on, over its face's; see `constants.csv`.
     lamps : tuple of Lamp
         Lights that are no markers; they are none of the truth.
     """
@@ -61,7 +61,7 @@ class Scene:
     pixel_model: PixelModel = field(default_factory=PixelModel)
     readout: Readout = field(default_factory=Readout)
     wall: Wall | None = None
-    edge_glow: float = 0.3
+    edge_glow: float = constant("edge_glow")
     lamps: tuple[Lamp, ...] = ()
 
     def __post_init__(self) -> None:

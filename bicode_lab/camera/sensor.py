@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, U4, fast_log, fire_stretch, most_events, noise_key
+from bicode_lab.constants import constant
 
 SMALLEST_THRESHOLD = 0.05
 NOISE_REACH = 3.47  # the noise drawn here never exceeds this many standard deviations
@@ -54,14 +55,14 @@ class PixelModel:
         The fastest one (134, the same recording).
     """
 
-    threshold_on: float = 0.25
-    threshold_off: float = 0.25
-    threshold_spread: float = 0.03
-    time_constant_us: float = 150.0
-    noise: float = 0.05
+    threshold_on: float = constant("threshold")
+    threshold_off: float = constant("threshold")
+    threshold_spread: float = constant("threshold_spread")
+    time_constant_us: float = constant("time_constant_us")
+    noise: float = constant("noise")
     latency_on_us: float = 20.0
     latency_off_us: float = 30.0
-    refractory_us: float = 50.0
+    refractory_us: float = constant("refractory_us")
     background_hz: float = 0.003
     background_off_share: float = 0.64
     hot_pixels: int = 8

@@ -146,7 +146,8 @@ class ReceiverSettings:
 
     def _check_ranges(self) -> None:
         for name, least in {
-            "width": 1, "height": 1, "opening_px": 0, "closing_px": 0, "min_region_pixels": 1, "max_regions": 1, "max_age": 0,
+            "width": 1, "height": 1, "opening_px": 0, "closing_px": 0, "min_region_pixels": 1, "max_regions": 1,
+            "max_age": 0,
         }.items():  # fmt: skip
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")

@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from bicode_lab.camera import Optics, Pose
-from bicode_lab.camera.glow import Box, make_template, plate_box, read_template, serves
+from bicode_lab.camera.glow import EDGE_LOBE, Box, make_template, plate_box, read_template, serves
 from bicode_lab.marker import Board
 
 OPTICS = Optics(blur_px=1.2, halo_fraction=0.03, halo_px=8.0)
@@ -37,6 +37,11 @@ def visible_faces(board, pose, optics, edge_glow):
     for corners, normal, luminance in faces:
         placed = pose.apply(corners)
         if (pose.rotation @ normal) @ placed.mean(0) < 0:  # the outward normal points to the camera
+            if normal[2] == 0:  # a side face shines about its normal
+                towards = (
+                    -(pose.rotation @ normal) @ placed.mean(0) / np.linalg.norm(normal) / np.linalg.norm(placed.mean(0))
+                )
+                luminance *= towards**EDGE_LOBE
             seen.append((optics.project(placed), luminance))
     return seen
 
