@@ -8,18 +8,20 @@ of cores; ``BICODE_CLUSTER`` names a Dask scheduler to run them on.
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import os
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
+from bicode_lab.evaluation import experiments
+from bicode_lab.evaluation.setups import Condition
 from bicode_lab.evaluation.sweep import Sweep, sweep
 from bicode_lab.lab.notebook import repository_root
 
 FIGURES = ("08", "09", "10", "11", "12", "14")
 STORE = "build/sweeps.sqlite"
+DATA_FILES = ("bicode_lab/constants.csv",)
+"""What trials depend on beside code."""
 
 
 def figure_table(
@@ -69,7 +71,6 @@ def figure_sweep(
     """As `figure_table`, with the failures beside the table."""
     if figure not in FIGURES:
         raise ValueError(f"figure {figure!r} has no grid of conditions; choose one of {', '.join(FIGURES)}")
-    experiments = _experiments()
     trials = [
         (condition, seed)
         for condition in experiments.conditions(figure, quick)
@@ -81,17 +82,13 @@ def figure_sweep(
         store or repository_root() / STORE,
         jobs=jobs or default_jobs(),
         cluster=cluster or os.environ.get("BICODE_CLUSTER") or None,
+        data_files=DATA_FILES,
     )
 
 
 def condition_fields() -> list[str]:
     """Nothing in, the names of a condition's fields out; each is a column of the table."""
-    return [field.name for field in dataclasses.fields(_experiments().Condition)]
-
-
-def _experiments() -> Any:
-    """The module with the grids, loaded when it is needed."""
-    return importlib.import_module("bicode_lab.evaluation.experiments")
+    return [field.name for field in dataclasses.fields(Condition)]
 
 
 def default_jobs() -> int:

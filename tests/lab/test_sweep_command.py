@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import types
 from collections.abc import Callable
 from pathlib import Path
@@ -22,12 +21,12 @@ Sweep = Callable[..., tuple[object, str, str]]
 def experiments(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> types.SimpleNamespace:
     """In place of the experiments: cheap trials at two distances, and a repository of their own to keep them in."""
     stub = types.SimpleNamespace(
-        Condition=Cheap,
         run_trial=cheap_trials.run,
         conditions=lambda figure, quick: [Cheap(distance_m=float(figure)), Cheap(distance_m=float(figure) + 0.5)],
         seeds=lambda condition, quick: range(2 if quick else 3),
     )
-    monkeypatch.setitem(sys.modules, "bicode_lab.evaluation.experiments", stub)
+    monkeypatch.setattr("bicode_lab.lab.figure_table.experiments", stub)
+    monkeypatch.setattr("bicode_lab.lab.figure_table.Condition", Cheap)
     for name in ("notebooks", "bicode_lab"):
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path)
