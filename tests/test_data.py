@@ -22,6 +22,13 @@ def test_each_recording_has_a_command() -> None:
     assert made == {path.name for path in DATA.glob("*.npz")}
 
 
+def test_the_table_counts_their_events() -> None:
+    rows = re.findall(r"^\| `(\w+\.npz)` \|[^|]+\| ([\d,]+) \|", (DATA / "README.md").read_text("utf-8"), re.MULTILINE)
+    assert len(rows) == len(COMMANDS)
+    for name, count in rows:
+        assert open_recording(DATA / name).read().size == int(count.replace(",", ""))
+
+
 def test_the_recordings_take_5_mb_at_most() -> None:
     assert sum(path.stat().st_size for path in DATA.iterdir()) <= 5_000_000
 
