@@ -9,7 +9,7 @@ Five stressors act on the events of a recording, one on the marker itself:
     clock        the transmitter's clock is off [ppm]
     readout      the link carries so many events a second; more are lost [Mev/s]
 
-Distance (`DISTANCE`) is the seventh condition and no damage; `evaluation.reach` makes ranges of it.
+Distance (`DISTANCE`) is the seventh condition and no damage; `evaluation.receiver_ranges` makes ranges of it.
 
 A recording of a second and a half is judged over its last half second, so that a receiver which
 combines a second of evidence has it. Every seed has a payload, a phase, pixels and a sub-pixel

@@ -8,7 +8,7 @@ import click
 import numpy as np
 from tqdm import tqdm
 
-from bicode_lab.evaluation.reach import reaches
+from bicode_lab.evaluation.receiver_ranges import receiver_ranges
 from bicode_lab.evaluation.stress import DISTANCE, STRESSORS, over_seeds
 from bicode_lab.evaluation.stress import stress as stress_trial
 from bicode_lab.lab.kept_rows import KeptRows
@@ -38,4 +38,4 @@ def stress(seeds: int, out: Path | None) -> None:
     summary = over_seeds(table, np.random.default_rng(0))
     click.echo(summary.drop(columns="distance_m").to_string(index=False, float_format="%.3g"))
     click.echo()
-    click.echo(reaches(table, np.random.default_rng(0)).to_string(index=False, float_format="%.3g"))
+    click.echo(receiver_ranges(table, np.random.default_rng(0)).to_string(index=False, float_format="%.3g"))

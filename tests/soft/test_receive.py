@@ -11,6 +11,7 @@ import pytest
 
 from bicode_lab.camera import Placed, Pose, Scene, Still, pan, record, truth_at
 from bicode_lab.evaluation.accuracy import Periods, score
+from bicode_lab.evaluation.ranges import range_m
 from bicode_lab.events import Events, make_events, merge, no_events
 from bicode_lab.lab.cli import main
 from bicode_lab.marker import Marker, PacketFormat
@@ -57,13 +58,8 @@ def papers_accuracy(distance_m: float) -> float:
 
 @cache
 def papers_range_m() -> float:
-    """Where the paper's rule reads half of the periods, to 2 %, found with the camera as it is."""
-    near, far = 8.0, 40.0
-    assert papers_accuracy(near) > 0.5 > papers_accuracy(far)
-    while far > 1.02 * near:
-        middle = (near * far) ** 0.5
-        near, far = (middle, far) if papers_accuracy(middle) > 0.5 else (near, middle)
-    return far
+    """Where the paper's rule reads half of the periods, found with the camera as it is."""
+    return range_m(papers_accuracy, guess_m=20)
 
 
 def wrong(rows: list[Sighting], scene: Scene) -> int:

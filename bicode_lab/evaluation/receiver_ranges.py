@@ -15,14 +15,14 @@ from bicode_lab.evaluation.stress import DISTANCE
 HALF = 0.5
 
 
-def reach_m(distances_m: npt.ArrayLike, accuracy: npt.ArrayLike) -> float:
+def crossing_m(distances_m: npt.ArrayLike, accuracy: npt.ArrayLike) -> float:
     """Distances [m], rising, and the accuracy at each in; where it falls below a half for the first time [m] out.
 
     nan where it never does, or where it is below a half from the beginning.
 
     Examples
     --------
-    >>> reach_m([10, 20, 30], [1.0, 0.75, 0.25])
+    >>> crossing_m([10, 20, 30], [1.0, 0.75, 0.25])
     25.0
     """
     d, a = np.asarray(distances_m, float), np.asarray(accuracy, float)
@@ -33,7 +33,7 @@ def reach_m(distances_m: npt.ArrayLike, accuracy: npt.ArrayLike) -> float:
     return float(d[k - 1] + (a[k - 1] - HALF) / (a[k - 1] - a[k]) * (d[k] - d[k - 1]))
 
 
-def reaches(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000) -> pd.DataFrame:
+def receiver_ranges(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000) -> pd.DataFrame:
     """Rows of `evaluation.stress.stress` over distance in, a row for each receiver out.
 
     Parameters
@@ -48,7 +48,7 @@ def reaches(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000) -> pd.
     Returns
     -------
     DataFrame
-        ``receiver``; ``reach_m``, ``low``, ``high``; ``times_paper`` (its reach over that of the paper's rule),
+        ``receiver``; ``range_m``, ``low``, ``high``; ``times_paper`` (its range over that of the paper's rule),
         ``times_low``, ``times_high``; ``wrong_ids`` in ``periods``; intervals are of 95 %.
     """
     own = table[table["stressor"] == DISTANCE.name]
@@ -60,17 +60,17 @@ def reaches(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000) -> pd.
     distances = np.unique(own["level"])
     n_seeds = shares.shape[1]
     drawn = shares[:, rng.integers(n_seeds, size=(n, n_seeds))].mean(axis=2)  # receiver, draw, distance
-    reach = np.array([[reach_m(distances, accuracy) for accuracy in rows] for rows in drawn])
+    ranges = np.array([[crossing_m(distances, accuracy) for accuracy in rows] for rows in drawn])
     rows = []
     for k, receiver in enumerate(receivers):
-        middle = reach_m(distances, shares[k].mean(axis=0))
-        first = reach_m(distances, shares[0].mean(axis=0))
-        low, high = np.quantile(reach[k], (0.025, 0.975))
-        times_low, times_high = np.quantile(reach[k] / reach[0], (0.025, 0.975))
+        middle = crossing_m(distances, shares[k].mean(axis=0))
+        first = crossing_m(distances, shares[0].mean(axis=0))
+        low, high = np.quantile(ranges[k], (0.025, 0.975))
+        times_low, times_high = np.quantile(ranges[k] / ranges[0], (0.025, 0.975))
         mine = own[own["receiver"] == receiver]
         rows.append(
             {
-                "receiver": receiver, "reach_m": middle, "low": low, "high": high,
+                "receiver": receiver, "range_m": middle, "low": low, "high": high,
                 "times_paper": middle / first, "times_low": times_low, "times_high": times_high,
                 "wrong_ids": int(mine["wrong_ids"].sum()), "periods": int(mine["periods"].sum()),
             }
