@@ -23,6 +23,10 @@ LOG2_E = 1.4426950408889634
 LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 MOST_EVENTS_A_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
 MOST_TIME_CONSTANTS = 600.0  # a stretch of more is at its aim long before its end
+# Of pixels that may fire: seven columns in one array, at distances that the compiler knows, or it would have to
+# make sure in vain that they do not overlap. The distance is no multiple of 4 kB, which would share cache lines.
+MOST_LANES = 1320
+OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MOST_LANES for k in range(7))
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
 
 
@@ -79,9 +83,9 @@ def most_events(edges: F8, dead: float) -> int:
 @nb.njit(cache=True, error_model="numpy")
 def _begin(
     many: int, start: float, end: float, rate: F8, on: F8, off: F8, free: F8, off_aim: F8, ref_off: F8, rest: F8,
-    turn: I8,
+    dead: float, turn: I8, lanes: F8,
 ) -> int:  # fmt: skip
-    """List the pixels that can reach a threshold in the stretch; a reset that ends in it ends now."""
+    """List the pixels that can reach a threshold in the stretch, side by side; a reset that ends in it ends now."""
     n = 0
     for i in range(many):
         if free[i] > start and free[i] < end:
@@ -90,46 +94,51 @@ def _begin(
         turn[n] = i
         n += (ref_off[i] < -on[i] or ref_off[i] > off[i]) and free[i] < end
         free[i] = max(free[i], start)
+    for j in range(n):
+        i = turn[j]
+        lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j] = off_aim[i], ref_off[i], rest[i]
+        lanes[ON + j], lanes[OFF + j], lanes[KEPT + j] = on[i], off[i], rate[i]
+    for j in range(n):
+        lanes[KEPT + j] = fast_exp(-dead * lanes[KEPT + j])
     return n
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _cross_once(
-    n: int, turn: I8, on: F8, off: F8, kept: F8, off_aim: F8, ref_off: F8, rest: F8, pixels: U4, times: F8, count: int
-) -> tuple[int, int]:
-    """The next crossing of the first `n` listed pixels; how many are still listed, and how many events there are.
+def _cross_once(n: int, turn: I8, lanes: F8, pixels: U4, times: F8, count: int) -> int:
+    """The next crossing of each of the first `n` lanes, where it has one; how many events there are then.
 
-    Without a branch, as which pixel is done when cannot be foreseen. `pixels` and `times` get, of each, twice
-    its number and the polarity, and the share of the way to the aim that is left.
+    `pixels` and `times` get, of each, twice its number and the polarity, and the share of the way to the aim
+    that is left. A lane that has no more is marked by a `KEPT` of 0.
     """
-    still = 0
     for j in range(n):
-        i = turn[j]
-        rises = ref_off[i] < 0.0
-        short = ref_off[i] + on[i] if rises else ref_off[i] - off[i]
-        share = short / off_aim[i]
-        is_ahead = 0.0 < share < 1.0  # else the level is there already
+        ref_off, off_aim, rest, kept = lanes[REF_OFF + j], lanes[OFF_AIM + j], lanes[REST + j], lanes[KEPT + j]
+        rises = ref_off < 0.0
+        short = ref_off + lanes[ON + j] if rises else ref_off - lanes[OFF + j]
+        share = short / off_aim
+        is_ahead = (share > 0.0) & (share < 1.0)  # else the level is there already
         share = share if is_ahead else 1.0
-        reached = short if is_ahead else off_aim[i]
-        after = rest[i] * share
-        fires = after > 1.0  # before the stretch ends
-        pixels[count] = np.uint32(2 * i + rises)
-        times[count] = share
-        count += fires
-        again = after * kept[i] > 1.0  # its reset ends before the stretch does
-        off_aim[i] = (reached * kept[i] if again else reached) if fires else off_aim[i]
-        rest[i] = (after * kept[i] if again else after) if fires else rest[i]
-        ref_off[i] = off_aim[i] if again else ref_off[i]
-        turn[still] = i
-        still += again and (ref_off[i] < -on[i] or ref_off[i] > off[i])
-    return still, count
+        reached = short if is_ahead else off_aim
+        after = rest * share  # what is left of the stretch then
+        fires = (short < 0.0 if rises else short > 0.0) & (after > 1.0) & (kept > 0.0)
+        again = fires & (after * kept > 1.0)  # its reset ends before the stretch does
+        lanes[SHARE + j] = (share if rises else -share) if fires else 0.0
+        lanes[OFF_AIM + j] = (reached * kept if again else reached) if fires else off_aim
+        lanes[REST + j] = (after * kept if again else after) if fires else rest
+        lanes[REF_OFF + j] = reached * kept if again else ref_off
+        lanes[KEPT + j] = kept if again else 0.0
+    for j in range(n):
+        share = lanes[SHARE + j]
+        pixels[count] = np.uint32(2 * turn[j] + (share > 0.0))
+        times[count] = abs(share)
+        count += share != 0.0
+    return count
 
 
 @nb.njit(cache=True, error_model="numpy")
 def fire_stretch(
     many: int, start: float, end: float, keys: U8, moment: int, noise: float, light: F8, rate: F8,
     level: F8, reference: F8, free: F8, on: F8, off: F8, dead: float, delay_on: float, delay_off: float,
-    places: I8, room: F8, pixels: U4, times: F8, count: int,
+    places: I8, room: F8, lanes: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
     """The first `many` pixels through one stretch of constant light [us]: their events, and how many there are now.
 
@@ -151,23 +160,25 @@ def fire_stretch(
         How long a reset lasts; what is added to the times of events [us].
     places : ndarray
         Numbers of the pixels.
-    room : ndarray, shape (6 or more, many or more)
+    room, lanes : ndarray, shape (5 or more, many or more) and (7 * MOST_LANES,)
         For what lies between.
     pixels, times : ndarray
         Room for events, see `sensor.fire_lit_pixels`; `count` of them are there.
     """
-    aim, off_aim, ref_off, rest, kept, turn = room[0], room[1], room[2], room[3], room[4], room[5].view(np.int64)
+    aim, off_aim, ref_off, rest, turn = room[0], room[1], room[2], room[3], room[4].view(np.int64)
     for i in range(many):
         aim[i] = light[i] + noise * noise_from(keys[i], moment)
     for i in range(many):
         off_aim[i], ref_off[i] = level[i] - aim[i], reference[i] - aim[i]
     for i in range(many):
         rest[i] = fast_exp(min((end - start) * rate[i], MOST_TIME_CONSTANTS))
-    n, first = _begin(many, start, end, rate, on, off, free, off_aim, ref_off, rest, turn), count
+    n, first = _begin(many, start, end, rate, on, off, free, off_aim, ref_off, rest, dead, turn, lanes), count
+    before = -1
+    while count > before:
+        before, count = count, _cross_once(n, turn, lanes, pixels, times, count)
     for j in range(n):
-        kept[turn[j]] = fast_exp(-dead * rate[turn[j]])
-    while n > 0:
-        n, count = _cross_once(n, turn, on, off, kept, off_aim, ref_off, rest, pixels, times, count)
+        i = turn[j]
+        off_aim[i], ref_off[i], rest[i] = lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j]
     for j in range(first, count):
         times[j] = fast_log(times[j])
     for j in range(first, count):

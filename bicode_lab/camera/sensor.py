@@ -19,7 +19,7 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, U4, fast_log, fire_stretch, most_events, noise_key
+from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MOST_LANES, U4, fast_log, fire_stretch, most_events, noise_key
 from bicode_lab.constants import constant
 
 SMALLEST_THRESHOLD = 0.05
@@ -155,7 +155,7 @@ def fire_lit_pixels(
     """
     stretches, markers = levels.shape
     most = most_events(edges, dead)
-    room = np.empty((14, SIDE_BY_SIDE))
+    room, lanes = np.empty((14, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
     signal, light, rate, v, ref, free, on, off = (
         room[6],
         room[7],
@@ -191,7 +191,7 @@ def fire_lit_pixels(
                 light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
-                dead, delay_on, delay_off, places, room, pixels, times, count,
+                dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
             )  # fmt: skip
         for i in range(many):
             at = index[lead + i]

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.camera.motion import Floats
-from bicode_lab.camera.pixel_steps import F4, F8, I8, U4, fast_exp, fire_stretch, most_events, noise_key
+from bicode_lab.camera.pixel_steps import F4, F8, I8, MOST_LANES, U4, fast_exp, fire_stretch, most_events, noise_key
 from bicode_lab.camera.sensor import NOISE_REACH
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
@@ -154,7 +154,7 @@ def fire_wall_pixels(
     """
     stretches = edges.size - 1
     most = most_events(edges, dead)
-    room = np.empty((13, width))
+    room, lanes = np.empty((13, width)), np.empty(7 * MOST_LANES)
     light, rate, v, ref, free, on, off = room[6:]
     columns, keys, places = np.empty(2 * width), np.empty(width, np.uint64), np.empty(width, np.int64)
     for y in range(first, taken.size // width):
@@ -180,7 +180,7 @@ def fire_wall_pixels(
                 rate[i] = fast_exp(light[i]) / tau_us
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
-                dead, delay_on, delay_off, places, room, pixels, times, count,
+                dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
             )  # fmt: skip
         for i in range(many):
             at = places[i]
