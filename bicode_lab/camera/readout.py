@@ -13,7 +13,7 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.events import Events, copy_events
+from bicode_lab.events import EVENT_DTYPE, Events, words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,28 +69,32 @@ class ReadoutQueue:
 
     def pass_on(self, events: Events) -> Events:
         """A chunk in the order in which its pixels fired in; what comes out of the camera, with its times, out."""
-        out = copy_events(events)
+        out = np.empty(events.size, EVENT_DTYPE)
         r = self._readout
-        kept = int(_read_rows(out, self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s, r.buffer_events))
+        kept = int(
+            _read_rows(words(events), words(out), self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s,
+                       r.buffer_events)
+        )  # fmt: skip
         self.lost += events.size - kept
         return out[:kept]
 
 
 @nb.njit(cache=True)
 def _read_rows(
-    events: npt.NDArray[np.void],
+    events: npt.NDArray[np.int64],
+    out: npt.NDArray[np.int64],
     state: npt.NDArray[np.float64],
     row_us: float,
     event_us: float,
     drain: float,
     room: int,
 ) -> int:
-    """Restamp the events in place, drop what the buffer cannot hold, and count what stays (first in the array)."""
+    """Events' words in, those that the buffer can hold out with the time they are read at, and their number."""
     free, held, held_at, longest = state[0], state[1], state[2], state[3]
     kept = 0
     last_row, last_t = -1, -1
-    for i in range(events.size):
-        t, row = events[i].t, events[i].y
+    for i in range(events.shape[0]):
+        t, row = events[i, 1], (events[i, 0] >> 16) & 0xFFFF
         start = max(float(t), free)
         longest = max(longest, start - t)
         if row != last_row or t != last_t:
@@ -102,8 +106,7 @@ def _read_rows(
         if held + 1 > room:
             continue
         held += 1
-        events[kept] = events[i]
-        events[kept].t = max(t, int(start))
+        out[kept, 0], out[kept, 1] = events[i, 0], max(t, int(start))
         kept += 1
     state[0], state[1], state[2], state[3] = free, held, held_at, longest
     return kept

@@ -18,7 +18,7 @@ from bicode_lab.camera.readout import Readout, ReadoutQueue
 from bicode_lab.camera.sensor import PixelModel, PixelState, fire_lit_pixels, sort_by_time, start_pixels
 from bicode_lab.camera.wall_pixels import fire_wall_pixels, settle
 from bicode_lab.constants import constant
-from bicode_lab.events import EVENT_DTYPE, Events, join, no_events
+from bicode_lab.events import EVENT_DTYPE, Events, join, words
 from bicode_lab.marker import Marker
 
 CHUNK_US = 10_000
@@ -288,18 +288,12 @@ class Recorder:
 
     def _take_until(self, start: int, end: int) -> Events:
         """The events before `end`, sorted; later ones stay, they were delayed by their latency."""
-        times = self._times[: self._count]
-        late = times >= end
-        late_pixels, late_times = self._pixels[: self._count][late], times[late]
-        early = self._count - late_times.size
-        self._pixels[:early] = self._pixels[: self._count][~late]
-        self._times[:early] = times[~late]
-        events = no_events() if early == 0 else np.zeros(early, EVENT_DTYPE)
-        if early:
-            sort_by_time(self._pixels, self._times, early, start, end - start, self.scene.optics.width, events)
-        self._pixels[: late_times.size], self._times[: late_times.size] = late_pixels, late_times
-        self._count = late_times.size
-        return events
+        events = np.empty(self._count, EVENT_DTYPE)
+        early = sort_by_time(
+            self._pixels, self._times, self._count, start, end, self.scene.optics.width, words(events)
+        )  # fmt: skip
+        self._count -= early
+        return events[:early]
 
 
 def record(scene: Scene, duration_s: float, rng: np.random.Generator | int) -> Events:

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
-import numpy.typing as npt
 
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MOST_LANES, U4, fast_log, fire_stretch, most_events, noise_key
 from bicode_lab.constants import constant
@@ -200,21 +199,29 @@ def fire_lit_pixels(
 
 
 @nb.njit(cache=True)
-def sort_by_time(
-    pixels: U4, times: F8, count: int, start_us: int, bins: int, width: int, events: npt.NDArray[np.void]
-) -> None:
-    """Events in any order in, `events` filled in the order of time (whole us), by counting; ties keep their order."""
-    at = np.zeros(bins + 1, np.int64)
+def sort_by_time(pixels: U4, times: F8, count: int, start_us: int, end_us: int, width: int, words: I8) -> int:
+    """Events in any order in; those before `end_us`, none before `start_us`, are sorted, and their number comes back.
+
+    They are sorted by counting: `words`, shape (count or more, 2), is filled (see `events.words`) in the order of
+    whole microseconds, ties as they came. Those from `end_us` on move to the front of `pixels` and `times`.
+    """
+    at = np.zeros(end_us - start_us + 1, np.int32)
     for i in range(count):
-        at[int(times[i]) - start_us + 1] += 1
-    for b in range(bins):
+        if times[i] < end_us:
+            at[int(times[i]) - start_us + 1] += 1
+    for b in range(end_us - start_us):
         at[b + 1] += at[b]
+    late, per_row = 0, 1.0 / width
     for i in range(count):
+        if times[i] >= end_us:
+            pixels[late], times[late] = pixels[i], times[i]
+            late += 1
+            continue
         t = int(times[i])
         place = at[t - start_us]
-        at[t - start_us] += 1
-        where = pixels[i] >> np.uint32(1)
-        events[place].x = where % np.uint32(width)
-        events[place].y = where // np.uint32(width)
-        events[place].p = pixels[i] & np.uint32(1)
-        events[place].t = t
+        at[t - start_us] = place + 1
+        where = np.int64(pixels[i] >> np.uint32(1))
+        y = int((where + 0.5) * per_row)  # a whole division takes ten times as long
+        words[place, 0] = (where - y * width) | (y << 16) | (np.int64(pixels[i] & np.uint32(1)) << 32)
+        words[place, 1] = t
+    return count - late

@@ -14,7 +14,7 @@ from bicode_lab.camera.sensor import (
     sort_by_time,
     start_pixels,
 )
-from bicode_lab.events import EVENT_DTYPE
+from bicode_lab.events import EVENT_DTYPE, words
 
 MASK = 2**64 - 1
 
@@ -296,13 +296,30 @@ def test_sorting_by_counting_is_a_stable_sort():
     places = rng.integers(0, 37 * 20, n)
     polarity = rng.integers(0, 2, n)
     times = 1000 + rng.random(n) * 300
-    events = np.empty(n, EVENT_DTYPE)
-    sort_by_time((2 * places + polarity).astype(np.uint32), times, n, 1000, 300, width, events)
-    order = np.argsort(times.astype(int), kind="stable")
-    np.testing.assert_array_equal(events["t"], times.astype(int)[order])
-    np.testing.assert_array_equal(events["x"], (places % width)[order])
-    np.testing.assert_array_equal(events["y"], (places // width)[order])
-    np.testing.assert_array_equal(events["p"], polarity[order])
+    pixels = (2 * places + polarity).astype(np.uint32)
+    late = times >= 1250
+    events, rest, rest_times = np.empty(n, EVENT_DTYPE), pixels.copy(), times.copy()
+    early = sort_by_time(rest, rest_times, n, 1000, 1250, width, words(events))
+    assert early == np.count_nonzero(~late) < n
+    order = np.flatnonzero(~late)[np.argsort(times[~late].astype(int), kind="stable")]
+    np.testing.assert_array_equal(events["t"][:early], times.astype(int)[order])
+    np.testing.assert_array_equal(events["x"][:early], (places % width)[order])
+    np.testing.assert_array_equal(events["y"][:early], (places // width)[order])
+    np.testing.assert_array_equal(events["p"][:early], polarity[order])
+    np.testing.assert_array_equal(rest[: n - early], pixels[late])
+    np.testing.assert_array_equal(rest_times[: n - early], times[late])
+
+
+@pytest.mark.parametrize("width", [1, 3, 346, 1280, 49_999, 65_536])
+def test_places_are_found_on_any_sensor(width):
+    rng = np.random.default_rng(width)
+    rows = 65_536 if width < 30_000 else 2**31 // width
+    y = np.concatenate([rng.integers(rows, size=1000), [0, 0, rows - 1, rows - 1]])
+    x = np.concatenate([rng.integers(width, size=1000), [0, width - 1, 0, width - 1]])
+    events = np.empty(y.size, EVENT_DTYPE)
+    sort_by_time((2 * (y * width + x)).astype(np.uint32), np.zeros(y.size), y.size, 0, 1, width, words(events))
+    np.testing.assert_array_equal(events["x"], x)
+    np.testing.assert_array_equal(events["y"], y)
 
 
 # -- misuse
