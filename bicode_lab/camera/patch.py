@@ -124,16 +124,17 @@ class Patch:
 
     def awake(self, state: PixelState, model: PixelModel) -> Patch:
         """The patch of those pixels only that can reach a threshold; the others settle on their signal."""
-        reference = state.reference[self.index]
         margin = np.float32(NOISE_REACH * model.noise)
-        can_fire = self.highest - reference > state.threshold_on[self.index] - margin
-        can_fire |= reference - self.lowest > state.threshold_off[self.index] - margin
-        asleep = self.index[~can_fire]
-        state.level[asleep] = self.last[~can_fire]
-        chosen = np.flatnonzero(can_fire)
+        memory = (state.reference, state.threshold_on, state.threshold_off)
+        reference, on, off = (column.take(self.index) for column in memory)
+        can_fire = (self.highest - reference > on - margin) | (reference - self.lowest > off - margin)
+        asleep, chosen = np.flatnonzero(~can_fire), np.flatnonzero(can_fire)
+        state.level[self.index.take(asleep)] = self.last.take(asleep)
+        if not asleep.size:
+            return self
         return Patch(
-            self.index[chosen], self.ambient[:, chosen], self.glow[:, :, chosen],
-            self.lowest[chosen], self.highest[chosen], self.last[chosen], self.waveforms,
+            self.index.take(chosen), self.ambient.take(chosen, axis=1), self.glow.take(chosen, axis=2),
+            self.lowest.take(chosen), self.highest.take(chosen), self.last.take(chosen), self.waveforms,
         )  # fmt: skip
 
     def schedule(self, cuts: F8) -> tuple[F8, I8, F4, I4]:

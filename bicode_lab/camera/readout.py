@@ -67,9 +67,12 @@ class ReadoutQueue:
         """The longest an event waited for its row [us]."""
         return float(self._state[3])
 
-    def pass_on(self, events: Events) -> Events:
-        """A chunk in the order in which its pixels fired in; what comes out of the camera, with its times, out."""
-        out = np.empty(events.size, EVENT_DTYPE)
+    def pass_on(self, events: Events, *, in_place: bool = False) -> Events:
+        """A chunk in the order in which its pixels fired in; what comes out of the camera, with its times, out.
+
+        It may be written over the chunk that was given, where that is nobody else's: `in_place`.
+        """
+        out = events if in_place else np.empty(events.size, EVENT_DTYPE)
         r = self._readout
         kept = int(
             _read_rows(words(events), words(out), self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s,

@@ -138,7 +138,7 @@ class Recorder:
             for first in range(0, cuts.size - 1, STEPS_A_SPAN):
                 self._expose(cuts[first : first + STEPS_A_SPAN + 1])
             self._add_background(start, end)
-            yield self.queue.pass_on(self._take_until(start, end))
+            yield self.queue.pass_on(self._take_until(start, end), in_place=True)
 
     def _settled_pixels(self) -> PixelState:
         """All pixels at rest on the scene as it is at the start, LEDs off."""

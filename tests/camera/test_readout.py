@@ -85,6 +85,14 @@ def test_what_is_given_is_not_written_to():
     np.testing.assert_array_equal(events, before)
 
 
+def test_in_place_is_the_same():
+    events = a_burst(3000, 30)
+    readout = Readout(peak_mev_per_s=8.0, sustained_mev_per_s=5.0, buffer_events=200)
+    expected = ReadoutQueue(readout).pass_on(events)
+    assert expected.size < events.size
+    np.testing.assert_array_equal(ReadoutQueue(readout).pass_on(events, in_place=True), expected)
+
+
 def test_chunks_do_not_matter():
     events = a_burst(3000, 300)
     readout = Readout(row_us=0.0, peak_mev_per_s=8.0, sustained_mev_per_s=5.0, buffer_events=200)
