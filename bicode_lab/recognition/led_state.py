@@ -14,11 +14,14 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.events import Events
+from bicode_lab.events import Events, slice_time, words
 
 Counts = npt.NDArray[np.int32]
 NO_BOX = -1
 OFFSET = 32768  # a pixel's sum of polarities is stored above this, next to its bin
+MOST_BINS = 32_000  # whose numbers fit into the upper half of a 32 bit word
+ONE_OFF = 1 << 32
+LOW_16 = np.uint64(0xFFFF)
 
 
 class LedCounter:
@@ -32,7 +35,7 @@ class LedCounter:
 
     def __init__(self, width: int, height: int) -> None:
         self._box_of = np.full((height, width), NO_BOX, np.int16)
-        self._sums = np.zeros((height, width), np.int64)
+        self._sums = np.zeros((height, width), np.int32)
         self._stamp = 1
 
     def __call__(
@@ -63,17 +66,23 @@ class LedCounter:
         -------
         n_on, n_off : ndarray of int32, shape (len(boxes), n_bins)
         """
-        n_on = np.zeros((len(boxes), n_bins), np.int32)
-        n_off = np.zeros((len(boxes), n_bins), np.int32)
         slices = [_inside(box) for box in boxes]
         for number in range(len(boxes) - 1, -1, -1):
             self._box_of[slices[number]] = number
-        whole = count == "events"
-        _count(events, self._box_of, self._sums, self._stamp, start_us, delta_t_id_us, n_on, n_off, whole)
-        self._stamp += n_bins
-        for part in slices:
-            self._box_of[part] = NO_BOX
-        return n_on, n_off
+        counts = np.zeros((len(boxes), n_bins), np.int64)
+        for first in range(0, n_bins, MOST_BINS):
+            part = counts[:, first : first + MOST_BINS]
+            if self._stamp + part.shape[1] > MOST_BINS:
+                self._sums[:] = 0
+                self._stamp = 1
+            begin_us = start_us + first * delta_t_id_us
+            end_us = begin_us + part.shape[1] * delta_t_id_us
+            here = words(slice_time(events, begin_us, end_us))
+            _count(here, self._box_of, self._sums, self._stamp, begin_us, delta_t_id_us, part, count == "events")
+            self._stamp += part.shape[1]
+        for part_of_sensor in slices:
+            self._box_of[part_of_sensor] = NO_BOX
+        return (counts & 0xFFFFFFFF).astype(np.int32), (counts >> 32).astype(np.int32)
 
 
 def count_on_off(
@@ -164,43 +173,39 @@ def _inside(box: Sequence[int]) -> tuple[slice, slice]:
 
 
 @njit(cache=True)
-def _count(events, box_of, sums, stamp, start_us, delta_t_id_us, n_on, n_off, whole):  # type: ignore[no-untyped-def]
-    """Count as the events come: a pixel joins or leaves a side when its sum in the bin crosses 0."""
+def _count(events, box_of, sums, stamp, start_us, delta_t_id_us, counts, whole):  # type: ignore[no-untyped-def]
+    """Count as the events come: a pixel joins or leaves a side when its sum in the bin crosses 0.
+
+    `events` are words, see `events.words`, all of them inside the bins. A count is two in one word, ON in
+    the lower half; a pixel's sum stands in `sums` above OFFSET, under the number of its bin.
+    """
     height, width = box_of.shape
-    n_bins = n_on.shape[1]
-    k = 0
-    end_us = start_us + delta_t_id_us
-    for i in range(events.size):
-        t = events[i]["t"]
-        if t < start_us:
-            continue
-        if t >= end_us:
-            k = (t - start_us) // delta_t_id_us
+    boxes, held_sums = box_of.ravel(), sums.ravel()
+    here = np.zeros(counts.shape[0], np.int64)  # of this bin
+    k, end_us, bin_word = 0, start_us + delta_t_id_us, np.int64(stamp) << 16
+    for i in range(events.shape[0]):
+        if events[i, 1] >= end_us:
+            counts[:, k] += here
+            here[:] = 0
+            k = (events[i, 1] - start_us) // delta_t_id_us
             end_us = start_us + (k + 1) * delta_t_id_us
-            if k >= n_bins:
-                break
-        x, y = events[i]["x"], events[i]["y"]
-        if x >= width or y >= height:
+            bin_word = np.int64(stamp + k) << 16
+        word = np.uint64(events[i, 0])
+        x, y = word & LOW_16, (word >> np.uint64(16)) & LOW_16
+        if x >= np.uint64(width) or y >= np.uint64(height):
             continue
-        box = box_of[y, x]
+        pixel = y * np.uint64(width) + x
+        box = boxes[pixel]
         if box < 0:
             continue
-        is_on = events[i]["p"] > 0
+        is_on = np.int64((word >> np.uint64(32)) & np.uint64(1))
         if whole:
-            if is_on:
-                n_on[box, k] += 1
-            else:
-                n_off[box, k] += 1
+            here[box] += 1 if is_on else ONE_OFF
             continue
-        this_bin = np.int64(stamp + k) << 16
-        held = sums[y, x]
-        old = (held & 0xFFFF) - OFFSET if (held >> 16) == stamp + k else 0
-        new = old + 1 if is_on else old - 1
-        sums[y, x] = this_bin | (new + OFFSET)
-        joins_on = np.int64(new > 0) - np.int64(old > 0)
-        joins_off = np.int64(new < 0) - np.int64(old < 0)
-        if joins_on:  # a third faster than adding the 0 that it mostly is
-            n_on[box, k] += joins_on
-        if joins_off:
-            n_off[box, k] += joins_off
-    return 0
+        held = np.int64(held_sums[pixel]) - bin_word  # below 0 where it is of a bin before
+        old = held - OFFSET if held >= 0 else 0
+        new = old + 2 * is_on - 1
+        held_sums[pixel] = np.int32(bin_word + new + OFFSET)
+        here[box] += (new > 0) - (old > 0) + ONE_OFF * ((new < 0) - np.int64(old < 0))
+    if counts.shape[1] > 0:
+        counts[:, k] += here

@@ -33,13 +33,14 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.events import Events, slice_time
+from bicode_lab.events import Events, slice_time, words
 from bicode_lab.recognition.accumulate import accumulate
 from bicode_lab.recognition.settings import FrameRule, ReceiverSettings
 
 MAX_BINS = 32  # half frames of a period: bits of half a word
 ON_SHIFT = np.uint64(32)  # the upper half of a pixel's word is for ON, the lower for OFF
 LOWER_HALF = np.uint64(0xFFFFFFFF)
+LOW_16 = np.uint64(0xFFFF)
 LEAST_MOMENTS = 3  # half frames with an event of the pixel's own
 CLEAR_ALL = 16  # where more than this part of the pixels was touched, all are cleared at once
 
@@ -117,7 +118,7 @@ class RegionFinder:
         """Fill the votes by rule "blink"; return how many pixels are kept."""
         s = self.settings
         ends = start_us + np.ceil(np.arange(1, self.n_bins + 1) * self.bin_us).astype(np.int64)
-        n_touched, outside = _mark(events, ends, s.width, s.height, self._marks, self._touched)
+        n_touched, outside = _mark(words(events), ends, s.width, s.height, self._marks, self._touched)
         if outside:
             self._marks[:] = 0
             raise ValueError(
@@ -166,26 +167,29 @@ def find_regions(events: Events, start_us: int, settings: ReceiverSettings) -> l
 
 @njit(cache=True)
 def _mark(events, ends, width, height, marks, touched):  # type: ignore[no-untyped-def]
-    """Set the bit of its half frame at each event's pixel, ON and OFF apart; list the pixels touched."""
+    """Set the bit of its half frame at each event's pixel, ON and OFF apart; list the pixels touched.
+
+    `events` are words, see `events.words`.
+    """
     n_touched = 0
     outside = 0
     k = 0
     bit = np.uint64(1)
     last = ends.size - 1
-    for i in range(events.size):
-        t = events[i]["t"]
-        while t >= ends[k] and k < last:
+    for i in range(events.shape[0]):
+        while events[i, 1] >= ends[k] and k < last:
             k += 1
             bit = bit << np.uint64(1)
-        x, y = events[i]["x"], events[i]["y"]
-        if x >= width or y >= height:
+        word = np.uint64(events[i, 0])
+        x, y = word & LOW_16, (word >> np.uint64(16)) & LOW_16
+        if x >= np.uint64(width) or y >= np.uint64(height):
             outside += 1
             continue
-        pixel = np.int64(y) * width + np.int64(x)
+        pixel = y * np.uint64(width) + x
         mark = marks[pixel]
-        touched[n_touched] = pixel
+        touched[n_touched] = np.int32(pixel)
         n_touched += mark == np.uint64(0)
-        marks[pixel] = mark | (bit << ON_SHIFT if events[i]["p"] > 0 else bit)
+        marks[pixel] = mark | (bit << ON_SHIFT if (word >> ON_SHIFT) & np.uint64(1) else bit)
     return n_touched, outside
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from plain_pixels import follow
 from scipy import stats
 
 from bicode_lab.camera import PixelModel
@@ -126,6 +127,39 @@ def test_events_are_those_of_a_simulation_in_small_steps(seed, settings):
     error = np.abs(found.t - expected.t)
     assert np.median(error) < 0.001
     assert error.max() < 0.25
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{}, {"noise": 0.05, "delays": (20.0, 30.0)}, {"dead": 0.0}, {"dead": 700.0, "noise": 0.15, "shortest": 1.0}],
+    ids=["plain", "noisy, delayed", "never dead", "dead for long"],
+)
+def test_events_are_those_of_a_plain_loop(settings):
+    drive = Drive(21, n=700, stretches=40, **settings)  # more than are taken side by side, and a rest
+    model = PixelModel(
+        time_constant_us=drive.tau, refractory_us=drive.dead, latency_on_us=drive.delays[0],
+        latency_off_us=drive.delays[1],
+    )  # fmt: skip
+    level, reference, free, on, off = (column[drive.index].astype(float) for column in drive.state)
+    signal = drive.signal()
+    expected = []
+    for i, pixel in enumerate(drive.index):
+        noise = [drive.noise * noise_of(drive.seed, int(pixel), int(m)) for m in drive.moments]
+        events, *state = follow(
+            signal[:, i], model, drive.edges, noise, level[i], reference[i], free[i], on[i], off[i]
+        )  # fmt: skip
+        expected += [(pixel, polarity, t) for polarity, t in events]
+        level[i], reference[i], _ = state
+    found = drive.fire()
+    expected = in_order(*np.array(expected).T)
+    assert found.size == expected.size > 10_000
+    np.testing.assert_array_equal(found.pixel, expected.pixel)
+    np.testing.assert_array_equal(found.p, expected.p)
+    # Exponential and logarithm are good to 1e-11; near the end of an approach time is a thousand times worse.
+    assert np.abs(found.t - expected.t).max() < 1e-4
+    np.testing.assert_array_equal(found.t.astype(int), expected.t.astype(int))  # as the recording has them
+    np.testing.assert_allclose(drive.state[0][drive.index], level, atol=1e-6)
+    np.testing.assert_allclose(drive.state[1][drive.index], reference, atol=1e-6)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.05])
