@@ -206,6 +206,7 @@ def _count(events, box_of, sums, stamp, start_us, delta_t_id_us, counts, whole):
         old = held - OFFSET if held >= 0 else 0
         new = old + 2 * is_on - 1
         held_sums[pixel] = np.int32(bin_word + new + OFFSET)
-        here[box] += (new > 0) - (old > 0) + ONE_OFF * ((new < 0) - np.int64(old < 0))
+        leaves, joins = np.int64(old > 0) + ONE_OFF * np.int64(old < 0), np.int64(new > 0) + ONE_OFF * np.int64(new < 0)
+        here[box] += joins - leaves
     if counts.shape[1] > 0:
         counts[:, k] += here
