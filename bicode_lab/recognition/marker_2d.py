@@ -78,7 +78,7 @@ def to_image(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings: Rece
     array([[255,   0,   0]], dtype=uint8)
     """
     if frame.dtype == np.int8:
-        image = np.multiply(frame != 0, np.uint8(255), dtype=np.uint8)
+        image: npt.NDArray[np.uint8] = np.multiply(frame != 0, np.uint8(255), dtype=np.uint8)
     else:
         active = frame[frame > 0]
         full = max(float(np.quantile(active, COUNT_QUANTILE)), 1.0) if active.size else 1.0
