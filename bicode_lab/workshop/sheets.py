@@ -14,6 +14,7 @@ that clear acrylic looks dark, with a tongue that hides the part of the LED that
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -124,6 +125,8 @@ def _dimensions(
     middle, half, wide = y + size / 2, (LED_MM + CLEARANCE_MM) / 2, TONGUE_MM[1] / 2
     cell = size / len(board.cells())
     far = y + size
+    tongue_line, tongue_text = _across(shade_x - tongue, shade_x, middle + wide + 4, f"{tongue:.2f}", under=True)
+    clear_x = shade_x - 0.8 - tongue_text.width_mm / 2  # of the shading plate's outline
     lines = [
         _across(x, x + size, y - 9, f"{size:.2f}"),
         _across(x, x + depth, y - 3, f"{depth:.2f}", beside=True),
@@ -131,7 +134,7 @@ def _dimensions(
         _upright(middle - half, middle + half, x - 16, f"{2 * half:.2f}"),
         _upright(y, far, x - 22, f"{size:.2f}"),
         _across(shade_x, shade_x + size, y - 9, f"{size:.2f}"),
-        _across(shade_x - tongue, shade_x, middle + wide + 4, f"{tongue:.2f}", under=True),
+        (tongue_line, replace(tongue_text, at=(min(tongue_text.at[0], clear_x), tongue_text.at[1]))),
         _upright(middle - wide, middle + wide, shade_x - tongue - 3, f"{2 * wide:.2f}"),
     ]
     labels = [
