@@ -22,12 +22,13 @@ MOST_PERIODS = 10
 LEAST_PERIODS = 1
 MOST_SECONDS = 1.0  # of a recording
 MOST_PIXEL_SECONDS = 900.0  # lit pixels times seconds; a marker at 0.5 m makes 25 million events a second
+TOO_MANY_PIXEL_SECONDS = 4000.0  # in a single period; a 10 cm marker at 0.5 m makes a good 3500 in 33 ms
 ARUCO_FLOOR_PX = 9.6  # default `minMarkerPerimeterRate` 0.03 of 1280 px, over four sides
 
 LIMITS: dict[str, tuple[float, float]] = {
-    "f_id_hz": (50, 20_000), "start_bits": (2, 16), "payload_bits": (1, 32),
-    "delta_t_whole_us": (1_000, 1_000_000), "delta_t_2d_us": (1, 1_000_000), "delta_t_blinker_us": (1, 1_000_000),
-    "delta_t_id_us": (1, 10_000), "size_m": (0.01, 0.1), "current_ma": (0, 100), "distance_m": (0.5, 60),
+    "f_id_hz": (100, 20_000), "start_bits": (2, 16), "payload_bits": (1, 32),
+    "delta_t_whole_us": (1_000, 200_000), "delta_t_2d_us": (1, 200_000), "delta_t_blinker_us": (1, 200_000),
+    "delta_t_id_us": (1, 5_000), "size_m": (0.01, 0.1), "current_ma": (0, 100), "distance_m": (0.5, 60),
     "illuminance_lux": (1, 100_000),
 }  # fmt: skip
 """What can be asked about: from, to."""
@@ -166,6 +167,12 @@ def remarks(choice: Choice) -> tuple[Remark, ...]:
         if getattr(choice, name) > choice.delta_t_whole_us:
             words = f"longer than the period, {_ms(choice.delta_t_whole_us)}; choose that or less (II-A)"
             impossible.append(Remark(name, f"{_ms(getattr(choice, name))} is {words}", True))
+    if choice.side_px**2 * choice.delta_t_whole_us * 1e-6 > TOO_MANY_PIXEL_SECONDS:
+        words = (
+            f"a marker of {choice.side_px:.0f} px makes too many events in {_ms(choice.delta_t_whole_us)} to be asked "
+            f"here; choose {choice.distance_m * 2:g} m, a smaller marker or a shorter period"
+        )
+        impossible.append(Remark("distance_m", words, True))
     return (*impossible, *_doubts(choice, f))
 
 
@@ -219,4 +226,4 @@ def _doubts(choice: Choice, f: PacketFormat) -> list[Remark]:
 
 def _ms(length_us: float) -> str:
     """A length in, its milliseconds to read out."""
-    return f"{length_us / 1e3:.3g} ms"
+    return f"{length_us / 1e3:.4g} ms"
