@@ -3,8 +3,7 @@
 `edge_odds` runs the light path and the pixels of `camera` and gives the probability with which each
 pixel fires at an edge of the LED. The rest is counting:
 
-1. Region: a pixel is kept where the 3 x 3 pixels around it should show both polarities in
-   `min_blink_fraction` of the delta_t_blinker frames; kept pixels span the box that is read.
+1. Region: the boxes that may be found, each with its probability; see `region_odds`.
 2. Edge: seen where a bin of delta_t_ID holds more firing pixels than the gate, `led_gate` of a usual
    bin's. Pixels fire each by itself, so their number is Poisson-binomial.
 3. Packet: a missed edge leaves a bit without its switch, so all must be seen: n rises, n falls and
@@ -19,26 +18,24 @@ readout, motion, and errors that a checksum lets pass.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from bicode_lab.camera import Light, Optics, Placed, Pose, Scene, Still
 from bicode_lab.camera.glow import image_corners
 from bicode_lab.evaluation.edge_odds import EdgeOdds, edge_odds
+from bicode_lab.evaluation.region_odds import RegionOdds
 from bicode_lab.marker import Board, Marker, PacketFormat, encode_packet
 from bicode_lab.marker.unit import Band
 from bicode_lab.recognition import ReceiverSettings
-from bicode_lab.recognition.regions import LEAST_MOMENTS, RegionFinder
 
 Floats = npt.NDArray[np.float64]
 
 MOST_PAYLOADS = 256  # so many, spread evenly, stand for all of a wider ID
-PHASES = 140  # moments of a packet at which a frame may begin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,11 +125,12 @@ def budget_of(scene: Scene, receiver: ReceiverSettings | None = None, *, seed: i
     marker, pose = scene.markers[0].marker, scene.marker_pose(0, 0.0)
     odds = edge_odds(scene, receiver.delta_t_id_us, seed)
     seen = edges_seen(odds, marker, receiver)
-    packet = (seen[:, 1, None] ** rises_of(marker.packet_format)) * (
-        seen[:, 0, None] ** (rises_of(marker.packet_format) + 1)
-    )
+    weights, off, on = np.array([case for draw in seen for case in draw]).T
+    weights /= len(seen)
+    rises = rises_of(marker.packet_format)
+    packet = on[:, None] ** rises * off[:, None] ** (rises + 1)
     many, few = whole_packets(receiver.delta_t_whole_us / marker.packet_format.packet_us)
-    accuracy = sum(share * (1 - (1 - packet) ** k) for k, share in (many, few))
+    right = sum(share * (1 - (1 - packet) ** k) for k, share in (many, few))
     distance_m = float(np.linalg.norm(pose.position_m))
     side_px = marker.board.size_m * scene.optics.focal_px / distance_m
     area_px = image_area_px(marker.board, pose, scene.optics)
@@ -143,10 +141,10 @@ def budget_of(scene: Scene, receiver: ReceiverSettings | None = None, *, seed: i
         contrast=odds.contrast,
         events_on=odds.events[1],
         events_off=odds.events[0],
-        edge_on=float(seen[:, 1].mean()),
-        edge_off=float(seen[:, 0].mean()),
-        packet=float(packet.mean()),
-        accuracy=float(np.mean(accuracy)),
+        edge_on=float(weights @ on),
+        edge_off=float(weights @ off),
+        packet=float(weights @ packet.mean(1)),
+        accuracy=float(weights @ np.mean(right, axis=1)),
     )
 
 
@@ -155,33 +153,18 @@ def image_area_px(board: Board, pose: Pose, optics: Optics) -> float:
     return float(cv2.contourArea(cv2.convexHull(image_corners(board, pose, optics).astype(np.float32))))
 
 
-def edges_seen(odds: EdgeOdds, marker: Marker, receiver: ReceiverSettings) -> Floats:
-    """Pixels' odds in; probability that an OFF and an ON edge is seen in the box found, shape (draws, 2), out."""
-    seen = np.zeros((odds.odds.shape[0], 2))
-    for draw, (of_bins, of_chip) in enumerate(zip(odds.odds, odds.fires, strict=True)):
-        box = expected_box(of_chip, marker, receiver)
-        if box is not None:
-            for side in (0, 1):
-                inside = of_bins[side][:, box[0], box[1]]
-                seen[draw, side] = edge_seen(inside.reshape(inside.shape[0], -1), receiver.led_gate)
+def edges_seen(odds: EdgeOdds, marker: Marker, receiver: ReceiverSettings) -> list[list[tuple[float, float, float]]]:
+    """Pixels' odds in; for each draw the boxes that may be found out: how probably, and that OFF and ON are seen."""
+    regions = RegionOdds(marker, receiver)
+    seen = []
+    for of_bins, of_chip in zip(odds.odds, odds.fires, strict=True):
+        cases = []
+        for weight, box in regions(of_chip):
+            inside = of_bins[:, :, *box] if box else np.zeros((2, 1, 0, 0))
+            off, on = (edge_seen(side.reshape(side.shape[0], -1), receiver.led_gate) for side in inside)
+            cases.append((weight, off, on))
+        seen.append(cases)
     return seen
-
-
-def expected_box(of_chip: Floats, marker: Marker, receiver: ReceiverSettings) -> tuple[slice, slice] | None:
-    """Odds of an OFF and an ON edge, shape (2, rows, columns), in; rows and columns of the region, or None, out."""
-    finder = RegionFinder(replace(receiver, width=1, height=1))
-    misses = np.exp(9 * ndimage.uniform_filter(np.log(1 - np.minimum(of_chip, 1 - 1e-9)), (0, 3, 3), mode="constant"))
-    rises, falls = _edges_a_frame(marker, finder.span * finder.bin_us)
-    votes = np.zeros(of_chip.shape[1:])
-    for (n_on, n_off), share in _shares(rises, falls).items():
-        votes += finder.n_frames * share * (1 - misses[1] ** n_on) * (1 - misses[0] ** n_off)
-    moments = of_chip.sum(0) * rises_of(marker.packet_format).mean()
-    moments *= receiver.delta_t_whole_us / marker.packet_format.packet_us
-    kept = (votes >= finder.min_votes) & (moments >= LEAST_MOMENTS)
-    if kept.sum() < receiver.min_region_pixels:
-        return None
-    rows, columns = np.flatnonzero(kept.any(1)), np.flatnonzero(kept.any(0))
-    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def edge_seen(odds: Floats, led_gate: float) -> float:
@@ -247,22 +230,3 @@ def whole_packets(periods: float) -> tuple[tuple[int, float], tuple[int, float]]
     """
     whole = int(np.floor(periods))
     return (whole, periods - whole), (max(whole - 1, 0), 1 - (periods - whole))
-
-
-def _edges_a_frame(marker: Marker, frame_us: float) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """A marker and a frame's length in; rises and falls in a frame, for moments all over a packet, out."""
-    packet_us = marker.packet_format.packet_us
-    wave = replace(marker, rise_time_us=0.0, clock_error_ppm=0.0, phase_us=0.0).waveform
-    times, levels = wave.steps(0, 2 * packet_us + frame_us)
-    starts = (np.arange(PHASES) + 0.5) / PHASES * packet_us
-    times, rising = times[1:], levels[1:] > 0
-    counts = [
-        np.searchsorted(times[of], starts + frame_us) - np.searchsorted(times[of], starts) for of in (rising, ~rising)
-    ]
-    return counts[0], counts[1]
-
-
-def _shares(rises: npt.NDArray[np.int64], falls: npt.NDArray[np.int64]) -> dict[tuple[int, int], float]:
-    """Rises and falls of frames in; the share of frames with each pair of numbers out."""
-    pairs, counts = np.unique(np.stack([rises, falls]), axis=1, return_counts=True)
-    return {(int(a), int(b)): float(n / rises.size) for a, b, n in zip(*pairs, counts, strict=True)}
