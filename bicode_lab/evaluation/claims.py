@@ -42,7 +42,7 @@ CALIBRATED_ON = {
     "A2": FIG_8 + ", of which the abstract gives a summary",
     "F9.3": "Fig. 8 has no plate seen from the side; the glow of its edges is fitted to this range",
     "F11.2": "Fig. 8 has no infrared light; that LED's brightness behind the filter is fitted to this point",
-    "F12.5": "the speed of the authors' computer is not in Fig. 8; its limit is fitted to this loss",
+    "F14.5": "the speed of the authors' computer is not in Fig. 8; its limit is fitted to this loss",
 }
 """Claims that constants were fitted to, with the reason. No other claim may be looked at for a constant."""
 

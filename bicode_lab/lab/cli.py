@@ -24,6 +24,7 @@ COMMANDS = {
     "marker": ("command_marker", "marker", "Build a marker: sheets to cut, list of parts, transmitter."),
     "false-ids": ("command_false_ids", "false_ids", "Count the IDs that are read where no marker is."),
     "stress": ("command_stress", "stress", "Accuracy of both receivers as recordings get worse."),
+    "calibrate": ("command_calibrate", "calibrate_command", "Fit the free constants to Fig. 8."),
     "sweep": ("command_sweep", "sweep_command", "Run the trials of a figure and print their accuracies."),
     "claims": ("command_claims", "claims", "Compare every claim of the paper with the figures' trials."),
     "what-if": ("command_what_if", "what_if", "Ask what if with sliders, on a page in the browser."),
