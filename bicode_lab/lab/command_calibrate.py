@@ -10,10 +10,10 @@ from bicode_lab.evaluation.calibration import calibrate, candidates, in_the_file
 from bicode_lab.lab.figure_table import default_jobs
 from bicode_lab.lab.notebook import repository_root
 
-LED_TO_AMBIENT = (0.76, 0.8, 0.84, 0.88)
-BLUR_PX = (0.74, 0.82, 0.9)
-TIME_CONSTANT_US = (150.0, 180.0)
-ARUCO_ID = (17,)
+LED_TO_AMBIENT = (0.74, 0.78, 0.82, 0.86)
+BLUR_PX = (0.75, 0.9)
+TIME_CONSTANT_US = (150.0,)
+ARUCO_ID = (17, 34)
 TABLE = "figures/calibration.csv"
 
 
