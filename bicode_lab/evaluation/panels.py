@@ -22,8 +22,8 @@ from tqdm import tqdm
 from bicode_lab import paper
 from bicode_lab.camera import Recorder, Scene, truth_at
 from bicode_lab.camera.truth import packet_starts_us
-from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.events import join, slice_time
 from bicode_lab.recognition.accumulate import Frame, accumulate
 

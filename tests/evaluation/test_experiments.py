@@ -11,8 +11,9 @@ import pytest
 from bicode_lab import paper
 from bicode_lab.evaluation import experiments
 from bicode_lab.evaluation.claim_tests import NOON_LUX
-from bicode_lab.evaluation.experiments import BOTH_FRAMES, PERIOD_S, conditions, run_trial, seeds
+from bicode_lab.evaluation.experiments import conditions, run_trial, seeds
 from bicode_lab.evaluation.setups import Condition
+from bicode_lab.evaluation.trials import BOTH_FRAMES, PERIOD_S
 
 ROW_22_M = [0.5, 1, 2.5, 5, 7.5, 10, 15, 20, 25, 30, 35, 40, 50]  # physics.md
 CLAIMS = pd.read_csv(
