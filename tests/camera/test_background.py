@@ -202,7 +202,8 @@ def test_a_still_camera_sees_no_wall():
 def test_events_follow_the_way_not_the_time(faster):
     # 48 px each, at 60 px/s and faster, over texture of 4 px a point, twice the usual contrast.
     wall = Wall(log_image=2 * noisy_wall(5).log_image, texel_m=4 * PIXEL_M)
-    model = replace(EXACT, refractory_us=0.0)  # a dead time swallows more light the faster it moves
+    # A dead time would swallow more light the faster it moves.
+    model = replace(EXACT, refractory_us=0.0, time_constant_us=150.0)
     slow = record(before(wall, sideways(60), model=model), 0.8, 0)
     fast = record(before(wall, sideways(60 * faster), model=model), 0.8 / faster, 0)
     # A pixel lags by 150 us, at 960 px/s by 0.14 px: 0.3 % of the way is not seen by the end. Between its

@@ -1,0 +1,133 @@
+"""``bicode bench``: what it measures with is right, and so is what it is compared with; seconds are not judged."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bicode_lab.camera import PixelModel, Recorder
+from bicode_lab.events import check_events, slice_time
+from bicode_lab.lab import bench_streams as streams
+from bicode_lab.lab import command_bench, cost
+from bicode_lab.lab.bench_clock import Timing, Watch, machine, time_in_turn
+from bicode_lab.lab.bench_rows import GROUPS, Row, plain, rate_row, time_row
+from bicode_lab.lab.cli import main
+from bicode_lab.marker import LedWaveform
+from bicode_lab.recognition import ReceiverSettings, recognise
+from bicode_lab.recognition.accumulate import cut
+
+SETTINGS = ReceiverSettings(detect_2d=False)
+
+
+def ids_of(sightings):
+    return {s.id for s in sightings} - {None}
+
+
+@pytest.mark.parametrize("rate", [1.0, 20.0])
+def test_six_markers_are_a_sorted_stream_of_that_rate_with_their_ids(rate):
+    events = streams.six_markers(rate, 0.099)
+    check_events(events, streams.WIDTH, streams.HEIGHT)
+    assert events.size == pytest.approx(rate * 1e6 * 0.099, rel=0.03)  # some clutter leaves the sensor
+    assert ids_of(recognise(events, SETTINGS, t0_us=0)) == set(streams.PAYLOADS)
+
+
+@pytest.mark.parametrize("rate", [1.0, 20.0])
+def test_the_plain_receiver_reads_what_ours_reads(rate):
+    events = streams.six_markers(rate, 0.066)
+    receiver = plain("plain_receiver").PlainReceiver(SETTINGS)
+    found = [
+        regions
+        for start, part in cut(events, SETTINGS.delta_t_whole_us, t0_us=0)
+        for regions in [receiver(start, part)]
+    ]
+    for k, regions in enumerate(found):
+        ours = {
+            (s.x + s.w // 2, s.y + s.h // 2, s.id)
+            for s in recognise(slice_time(events, k * 33_000, (k + 1) * 33_000), SETTINGS, t0_us=k * 33_000)
+            if s.id is not None
+        }
+        theirs = {(x + w // 2, y + h // 2, *ids) for _, (x, y, w, h), ids in regions if ids}
+        assert len(ours) == len(theirs) == len(streams.PAYLOADS)
+        for x, y, payload in ours:  # the same place, but for what morphology adds
+            assert [t for t in theirs if t[2] == payload and abs(t[0] - x) <= 3 and abs(t[1] - y) <= 3]
+
+
+def test_the_plain_simulator_makes_the_events_that_ours_makes():
+    dark, glow, wave = np.ones((16, 16)), np.full((16, 16), streams.BRIGHT), LedWaveform(payload=0x25)
+    model = PixelModel(noise=0.0, background_hz=0.0, hot_pixels=0, refractory_us=0.0)
+    events = plain("plain_simulator").simulate(dark, glow, wave, model, 56_000, np.random.default_rng(0))
+    check_events(events, 16, 16)
+    edges_us, levels = wave.steps(0, 56_000)
+    # Behind a fall (or rise) all events are OFF (or ON), by ln 6 over the threshold: 7 where it gives 0.25.
+    edge = np.searchsorted(edges_us + 20, events["t"], side="right") - 1
+    assert (events["p"] == (levels[edge] > 0)).all()
+    most = np.log(6.0) / (model.threshold_on - 4 * model.threshold_spread)
+    counts = np.bincount(edge, minlength=edges_us.size) / 256
+    assert 4 < counts[levels > 0].mean() < most
+
+
+def test_the_square_is_64_pixels_wide_and_blinks():
+    chunks = list(Recorder(streams.square_scene(whole_sensor=False), 0.03, np.random.default_rng(0)))
+    events = np.concatenate(chunks)
+    assert events.size > 100_000
+    inside = (np.abs(events["x"] - 63.5) <= 32) & (np.abs(events["y"] - 63.5) <= 32)
+    assert inside.mean() > 0.9
+
+
+def test_filling_up_reaches_the_rate_and_leaves_the_upper_half_alone():
+    scene = streams.near_scene()
+    seen = np.concatenate(list(Recorder(scene, 0.033, np.random.default_rng(0))))
+    events = streams.filled_up(seen, 40.0, 0.033)
+    check_events(events, streams.WIDTH, streams.HEIGHT)
+    upper = events["y"] < streams.HEIGHT // 2
+    assert np.count_nonzero(upper) == np.count_nonzero(seen["y"] < streams.HEIGHT // 2)
+    assert events.size > seen.size
+    if seen.size < 1.2e6:  # two markers may make more than that by themselves
+        assert events.size == pytest.approx(40e6 * 0.033, rel=0.05)
+
+
+def test_work_is_timed_in_turn_and_once_ahead():
+    order = []
+    timings = time_in_turn(2, lambda: order.append("a"), lambda: order.append("b"))
+    assert order == ["a", "b", "a", "b", "a", "b"]
+    assert all(t.cpu_s >= 0 and t.wall_s >= 0 and 0 <= t.others <= 1 for t in timings)
+    assert 0 <= Watch().others() <= 1
+    assert {"processor", "cores", "python", "numpy", "numba"} <= set(machine())
+
+
+def test_rows_know_whether_they_reach():
+    timing = Timing(cpu_s=0.5, wall_s=1.0, others=0.25, load=2.0)
+    fast = rate_row(timing, 100.0, name="a", what="b", unit="Mev/s", reach=200.0)
+    assert (fast.measured, fast.by_clock, fast.is_met) == (200.0, 100.0, True)
+    slow = time_row(timing, 1e3, name="a", what="b", unit="ms", reach=499.0)
+    assert (slow.measured, slow.by_clock, slow.is_met) == (500.0, 1000.0, False)
+
+
+def test_the_command_prints_and_keeps_its_rows(monkeypatch, tmp_path, capsys):
+    (tmp_path / "benchmarks").mkdir()
+    monkeypatch.setattr(command_bench, "repository_root", lambda: tmp_path)
+    row = Row(name="nothing", what="doing nothing", reach=1.0, at_least=False, measured=0.5, by_clock=0.6, unit="s")
+    monkeypatch.setitem(GROUPS, "start", lambda: iter([row]))
+    with pytest.raises(SystemExit) as ended:
+        main(["bench", "--only", "start", "--save"])
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert "ok   nothing" in said
+    assert "others used" in said
+    (kept,) = (tmp_path / "benchmarks").glob("*.json")
+    table = json.loads(kept.read_text(encoding="utf-8"))
+    assert table["rows"][0]["name"] == "nothing"
+    assert {"when", "processor", "others", "numpy"} <= set(table)
+
+
+def test_costs_are_tables_of_what_was_asked_for():
+    assert cost.by_events([0.5], 1)["mev_a_period"][0] == pytest.approx(0.5 * 0.033, rel=0.05)
+    assert cost.by_markers([1, 3], 0.02)["markers"].tolist() == [1, 3]
+    assert cost.by_pixels([64], 0.02)["megapixels"].tolist() == [64 * 36 / 1e6]
+    assert cost.by_length([0.02])["length_s"].tolist() == [0.02]
+    boxes = cost.receiver_boxes(streams.six_markers(1.0, 0.033), 1, ReceiverSettings())
+    assert [name[0] for name in boxes.index] == ["a", "c", "d", "f", "g", "g"]
+    assert (boxes >= 0).all()
+    parts = cost.generator_parts(streams.square_scene(whole_sensor=False), 0.02)
+    assert parts["pixels"] > 0
+    assert cost.copy_gb_per_s(8) > 0
