@@ -18,7 +18,7 @@ HALF = 0.5
 def crossing_m(distances_m: npt.ArrayLike, accuracy: npt.ArrayLike) -> float:
     """Distances [m], rising, and the accuracy at each in; where it falls below a half for the first time [m] out.
 
-    nan where it never does, or where it is below a half from the beginning.
+    Infinite where it never does, nan where it is below a half from the beginning.
 
     Examples
     --------
@@ -28,7 +28,7 @@ def crossing_m(distances_m: npt.ArrayLike, accuracy: npt.ArrayLike) -> float:
     d, a = np.asarray(distances_m, float), np.asarray(accuracy, float)
     below = np.flatnonzero(a < HALF)
     if not below.size or below[0] == 0:
-        return float("nan")
+        return float("nan") if below.size else float("inf")
     k = int(below[0])
     return float(d[k - 1] + (a[k - 1] - HALF) / (a[k - 1] - a[k]) * (d[k] - d[k - 1]))
 
@@ -65,8 +65,8 @@ def receiver_ranges(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000
     for k, receiver in enumerate(receivers):
         middle = crossing_m(distances, shares[k].mean(axis=0))
         first = crossing_m(distances, shares[0].mean(axis=0))
-        low, high = np.quantile(ranges[k], (0.025, 0.975))
-        times_low, times_high = np.quantile(ranges[k] / ranges[0], (0.025, 0.975))
+        low, high = np.nanquantile(ranges[k], (0.025, 0.975), method="nearest")
+        times_low, times_high = np.nanquantile(ranges[k] / ranges[0], (0.025, 0.975), method="nearest")
         mine = own[own["receiver"] == receiver]
         rows.append(
             {

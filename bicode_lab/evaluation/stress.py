@@ -127,7 +127,7 @@ STRESSORS = (
 DISTANCE = Stressor(
     name="distance",
     label="distance (m)",
-    levels=(10, 12.5, 15, 17.5, 20, 22.5, 25, 27.5, 30, 32.5, 35, 37.5, 40, 42.5, 45, 47.5, 50),
+    levels=(10, 15, 20, 22.5, 25, 27.5, 30, 32.5, 35, 37.5, 40, 45, 50, 55, 60, 70),
     distance_m=None,
 )
 RECEIVERS = ("paper", "soft, 1 period", "soft, 30 periods")

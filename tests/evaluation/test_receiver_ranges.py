@@ -18,9 +18,9 @@ def test_the_range_of_a_straight_fall_is_where_it_crosses(at: float, steep: floa
     assert crossing_m(DISTANCES, accuracy) == pytest.approx(at)
 
 
-def test_the_first_fall_counts_and_none_is_nan() -> None:
+def test_the_first_fall_counts_and_none_is_beyond_all_distances() -> None:
     assert crossing_m([1, 2, 3, 4], [1, 0.4, 0.9, 0.0]) < 2
-    assert np.isnan(crossing_m([1, 2], [1, 0.6]))
+    assert crossing_m([1, 2], [1, 0.6]) == np.inf
     assert np.isnan(crossing_m([1, 2], [0.4, 0.2]))
 
 
