@@ -3,7 +3,14 @@
 frames (Fig. 1, 3, 4, 13)   signals (Fig. 5, 6)   accuracy (Fig. 8 to 12, 14)
 """
 
-from bicode_lab.plots.accuracy import draw_accuracy, draw_paper_accuracy, set_distance_axis
+from bicode_lab.plots.accuracy import (
+    LEVEL_COLORS,
+    draw_accuracy,
+    draw_levels,
+    draw_paper_accuracy,
+    draw_stated,
+    set_distance_axis,
+)
 from bicode_lab.plots.frames import (
     BACKGROUND,
     OFF,
@@ -29,6 +36,7 @@ from bicode_lab.plots.signals import (
 
 __all__ = [
     "BACKGROUND",
+    "LEVEL_COLORS",
     "OFF",
     "ON",
     "PacketSpans",
@@ -42,11 +50,13 @@ __all__ = [
     "draw_frame",
     "draw_inset",
     "draw_led",
+    "draw_levels",
     "draw_on_off",
     "draw_packet",
     "draw_paper_accuracy",
     "draw_pixel_events",
     "draw_pose",
+    "draw_stated",
     "packet_spans",
     "set_distance_axis",
 ]

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullLocator
 
@@ -18,6 +19,7 @@ Kind = Literal["blinker", "2d"]
 LINE = {"blinker": "-", "2d": "--"}
 DOT = {"blinker": "o", "2d": "s"}
 ARROW = {">": "^", ">=": "^", "<": "v", "<=": "v"}
+LEVEL_COLORS = ("#E69F00", "#009E73", "#0072B2", "#CC79A7")  # of Okabe and Ito, the first three from light to dark
 TICKS_M = (0.5, 1.0, 2.5, 5.0, 10.0, 20.0, 50.0)
 
 
@@ -31,6 +33,7 @@ def draw_accuracy(
     kind: Kind = "blinker",
     label: str = "",
     color: str | None = None,
+    width: float | None = None,
 ) -> Axes:
     """Accuracies and their 95 % intervals in, one curve over distance out.
 
@@ -49,6 +52,8 @@ def draw_accuracy(
         For the legend.
     color : str, optional
         None takes the next of the cycle.
+    width : float, optional
+        Of the line [points]; None takes that of the style.
     """
     _check_kind(kind)
     distance, value = np.asarray(distance_m, float), np.asarray(accuracy, float)
@@ -59,7 +64,7 @@ def draw_accuracy(
         bars = np.maximum(bars, 0.0)  # an interval that ends at its value may miss it by a rounding
     ax.errorbar(
         distance[order], value[order], yerr=bars, color=color, label=label or None,
-        linestyle=LINE[kind], marker=DOT[kind], markersize=6, elinewidth=1.2, clip_on=False,
+        linestyle=LINE[kind], linewidth=width, marker=DOT[kind], markersize=6, elinewidth=1.2, clip_on=False,
     )  # fmt: skip
     return set_distance_axis(ax)
 
@@ -98,6 +103,66 @@ def draw_paper_accuracy(
         )  # fmt: skip
         label = ""
     return set_distance_axis(ax)
+
+
+def draw_levels(
+    curves: pd.DataFrame, ax: Axes, *, by: str, label: str = "{:g}", scale: float = 1.0, kind: Kind = "blinker"
+) -> Axes:
+    """Curves of one kind in, one drawn for each level, the higher the thicker.
+
+    Parameters
+    ----------
+    curves : DataFrame
+        Rows of `evaluation.accuracy.curves_of`: `by`, ``distance_m``, ``accuracy``, ``low``, ``high``.
+    ax : Axes
+    by : str
+        The column of the levels.
+    label : str
+        Name of a level, times `scale`, for the legend: "{:g} mA".
+    scale : float
+    kind : {"blinker", "2d"}
+    """
+    for number, level in enumerate(sorted(curves[by].unique())):
+        mine = curves[curves[by] == level]
+        nudge = 1.02 ** (number - 1)  # so that intervals at one distance stand side by side
+        draw_accuracy(
+            mine["distance_m"] * nudge, mine["accuracy"], ax, low=mine["low"], high=mine["high"], kind=kind,
+            label=label.format(level * scale), color=LEVEL_COLORS[number], width=1.2 + 0.7 * number,
+        )  # fmt: skip
+    return ax
+
+
+def draw_stated(
+    points: pd.DataFrame, ax: Axes, *, kind: Kind = "blinker", by: str = "", label: str = "", scale: float = 1.0
+) -> Axes:
+    """Points that the paper states in, those of one kind drawn with their claims' names; a bar is over what it is said.
+
+    Parameters
+    ----------
+    points : DataFrame
+        Rows of `evaluation.stated.stated_points`.
+    ax : Axes
+    kind : {"blinker", "2d"}
+    by, label, scale
+        As in `draw_levels`; where `label` is given, each point is named with its level, too.
+    """
+    mine = points[points["kind"] == kind]
+    if mine.empty:
+        return ax
+    draw_paper_accuracy(mine["at_m"], mine["accuracy"], ax, op=list(mine["op"]), kind=kind)
+    for row in mine[mine["from_m"] < mine["to_m"]].to_dict("records"):
+        ax.plot([row["from_m"], row["to_m"]], [row["accuracy"]] * 2, ":|", color="black", linewidth=1, zorder=4)
+    for number, (name, same) in enumerate(mine.groupby("id", sort=False)):
+        levels = ", ".join(label.format(level * scale) for level in same[by]) if label else ""
+        at_m, value = (float(same[column].iloc[0]) for column in ("at_m", "accuracy"))
+        is_above = value < 0.2 or (value < 0.8 and number % 2 == 0)  # neighbours do not cover each other
+        is_far = at_m > 12  # names stay within the axes
+        ax.annotate(
+            f"{name}{': ' if levels else ''}{levels}", (at_m, value), textcoords="offset points", fontsize=9,
+            xytext=(-6 if is_far else 6, 9 if is_above else -17), ha="right" if is_far else "left", zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.75},
+        )  # fmt: skip
+    return ax
 
 
 def set_distance_axis(ax: Axes) -> Axes:
