@@ -20,8 +20,9 @@ from tqdm import tqdm
 
 from bicode_lab.camera import MarkerTruth, Scene, record, truth_at
 from bicode_lab.evaluation.accuracy import Periods, score
-from bicode_lab.evaluation.experiments import PERIOD_S, receiver_settings
+from bicode_lab.evaluation.experiments import PERIOD_S
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recognition.marker_2d import Marker2d, find_marker_2d, frame_2d
 from bicode_lab.soft import SoftSettings, recognise_soft
