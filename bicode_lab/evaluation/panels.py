@@ -12,7 +12,7 @@ packet's time goes by before a frame begins, since the camera starts with pixels
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -95,8 +95,10 @@ class PanelFrame:
         return {**told, "frame_kind": self.kind, **asdict(self.condition)}
 
 
-def panel_frame(panel: str, seed: int) -> PanelFrame:
+def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> PanelFrame:
     """A panel of Fig. 13 and a seed in; its frame, where the marker is in it and how much of it glows, out.
+
+    `distance_m` is for a look at the same from elsewhere; None keeps the panel's own.
 
     Raises
     ------
@@ -106,6 +108,8 @@ def panel_frame(panel: str, seed: int) -> PanelFrame:
     if panel not in PANELS:
         raise ValueError(f"panel {panel!r} is not in Fig. 13; choose one of {', '.join(PANELS)}")
     condition, kind = PANELS[panel], "blinker" if panel in BLINKER_PANELS else "2d"
+    if distance_m is not None:
+        condition = replace(condition, distance_m=distance_m)
     scene, settings = scene_of(condition, seed), receiver_settings(condition)
     length_us = settings.delta_t_blinker_us if kind == "blinker" else settings.delta_t_2d_us
     start_us = _blinks_from_us(scene, length_us) if kind == "blinker" else paper.PACKET_US
@@ -154,3 +158,32 @@ def panel_table(seeds: Iterable[int], panels: Iterable[str] = PANELS) -> pd.Data
     todo = [(panel, seed) for panel in panels for seed in seeds]
     bar = tqdm(todo, desc="frames", disable=None, leave=False)
     return pd.DataFrame([panel_frame(panel, seed).row() for panel, seed in bar])
+
+
+def area_over_distance(above: str, below: str, distances_m: Iterable[float], seeds: Iterable[int]) -> pd.DataFrame:
+    """Two panels, distances and seeds in; the ratio of their regions at each distance, mean and spread, out.
+
+    Returns
+    -------
+    DataFrame
+        ``distance_m``, ``ratio`` (mean over the seeds), ``low`` and ``high`` (least and most of them).
+    """
+    rows = []
+    numbers = list(seeds)
+    for distance_m in distances_m:
+        areas = [[panel_frame(panel, n, distance_m).region_px for n in numbers] for panel in (above, below)]
+        ratio = np.array(areas[0]) / np.array(areas[1])
+        rows.append({"distance_m": distance_m, "ratio": ratio.mean(), "low": ratio.min(), "high": ratio.max()})
+    return pd.DataFrame(rows)
+
+
+def turned_share(yaw_deg: float, size_m: float = 0.05, thickness_m: float = paper.PLATE_THICKNESS_M) -> float:
+    """An angle and a plate in; the area it shows, face and edge, over that of its face straight on, from afar, out.
+
+    Examples
+    --------
+    >>> round(turned_share(80), 3), turned_share(0)
+    (0.272, 1.0)
+    """
+    yaw = np.deg2rad(yaw_deg)
+    return float(np.cos(yaw) + thickness_m / size_m * np.sin(yaw))

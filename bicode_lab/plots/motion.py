@@ -1,0 +1,87 @@
+"""What motion costs: rates of events beside losses, accuracy over a box's delay, backgrounds by their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from matplotlib.axes import Axes
+
+from bicode_lab.plots.accuracy import set_distance_axis
+
+HOW_COLORS = {"still": "#000000", "pan": "#0072B2", "spin": "#D55E00"}
+RECEIVERS: dict[str, dict[str, Any]] = {
+    "ours": {"linestyle": "-", "marker": "o", "markerfacecolor": "none"},
+    "authors": {"linestyle": ":", "marker": "D"},
+}
+
+
+def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
+    """Rows of `evaluation.motion_loss.rate_and_loss` in; rate over distance, loss over distance, loss over rate out.
+
+    Of each way of motion the fastest is drawn; the others are in its table.
+    """
+    by_distance, lost, lost_by_rate = axes
+    for how, mine in rates.groupby("how", sort=False):
+        fastest = mine[mine["level"] == mine["level"].max()]
+        color = HOW_COLORS[str(how)]
+        level = fastest["level"].iloc[0]
+        name = f"{how} {level:g}" if level else str(how)
+        ours = fastest[fastest["receiver"] == "ours"].sort_values("distance_m")
+        by_distance.plot(ours["distance_m"], ours["mev_per_s"], "o-", color=color, label=name)
+        for receiver, style in RECEIVERS.items():
+            of = fastest[fastest["receiver"] == receiver].sort_values("distance_m")
+            bars = np.maximum([of["lost"] - of["low"], of["high"] - of["lost"]], 0)
+            lost.errorbar(of["distance_m"], of["lost"], yerr=bars, color=color, label=f"{name}, {receiver}", **style)
+            every = mine[mine["receiver"] == receiver]
+            dots = {**style, "linestyle": "none"}
+            lost_by_rate.plot(every["mev_per_s"], every["lost"], color=color, label=f"{how}, {receiver}", **dots)
+    for ax in (by_distance, lost):
+        set_distance_axis(ax)
+    by_distance.set(yscale="log", ylabel="events of the whole sensor (Mev/s)", ylim=(None, None))
+    by_distance.relim()
+    by_distance.autoscale(axis="y")
+    lost.set(ylabel="periods without the right ID (share)", ylim=(-0.02, 1.04))
+    lost_by_rate.set(xscale="log", xlabel="events of the whole sensor (Mev/s)", ylim=(-0.02, 1.04))
+    lost_by_rate.set(ylabel="periods without the right ID (share)")
+
+
+def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: str, label: str) -> Axes:
+    """Accuracy over the delay of a box in, one curve for each level of `by` out, over the overlap that is left.
+
+    Parameters
+    ----------
+    accuracies : DataFrame
+        `by`, ``lag`` (periods), ``accuracy``, ``low``, ``high``.
+    expected : DataFrame
+        `by`, ``lag`` and ``overlap``, 0 .. 1: drawn as thin grey lines.
+    ax : Axes
+    by : str
+    label : str
+        Name of a level: "{:g} m/s".
+    """
+    for number, (level, mine) in enumerate(accuracies.groupby(by)):
+        of = mine.sort_values("lag")
+        bars = np.maximum([of["accuracy"] - of["low"], of["high"] - of["accuracy"]], 0)
+        line = ax.errorbar(of["lag"], of["accuracy"], yerr=bars, fmt="o-", label=label.format(level))
+        left = expected[expected[by] == level].sort_values("lag")
+        name = "overlap that is left" if number == 0 else None
+        ax.plot(left["lag"], left["overlap"], "--", color=line.lines[0].get_color(), alpha=0.5, label=name)
+    ax.set(xlabel="delay of the box (periods of 33 ms)", ylabel="accuracy (share of periods)", ylim=(-0.02, 1.04))
+    return ax
+
+
+def draw_rates(rates: Mapping[str, npt.NDArray[np.float64]], ax: Axes) -> Axes:
+    """Names to rates in each period [Mev/s] in; how their periods are spread out, medians as dashed lines."""
+    largest = max(float(np.quantile(each, 0.99)) for each in rates.values())
+    edges = np.linspace(0, 1.1 * largest, 41)
+    for number, (name, each) in enumerate(rates.items()):
+        weights = np.full(each.size, 1 / each.size)
+        drawn: dict[str, Any] = {"histtype": "step", "linewidth": 1.8, "color": f"C{number}"}
+        ax.hist(np.clip(each, 0, edges[-1]), edges, weights=weights, label=name, **drawn)
+        ax.axvline(float(np.median(each)), color=f"C{number}", linestyle="--", linewidth=1.2)
+    ax.set(xlabel="events of the background (Mev/s)", ylabel="share of periods", xlim=(0, edges[-1]))
+    return ax
