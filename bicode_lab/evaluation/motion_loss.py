@@ -16,7 +16,7 @@ from tqdm import tqdm
 from bicode_lab import paper
 from bicode_lab.camera import Recorder, Scene, truth_at
 from bicode_lab.evaluation.accuracy import over_seeds
-from bicode_lab.evaluation.experiments import PERIOD_S, receiver_settings
+from bicode_lab.evaluation.trials import PERIOD_S, receiver_settings
 from bicode_lab.evaluation.setups import Condition, scene_of
 from bicode_lab.events import Events
 from bicode_lab.recognition import ReceiverSettings
@@ -34,7 +34,7 @@ def rate_and_loss(tables: dict[str, pd.DataFrame], levels: dict[str, str]) -> pd
     Parameters
     ----------
     tables : dict
-        How the marker was seen ("still", "pan", "spin") to rows of `experiments.run_trial`, of one current.
+        How the marker was seen ("still", "pan", "spin") to rows of `trials.run_trial`, of one current.
     levels : dict
         The same to the column that tells its curves apart, such as "rpm"; "" where there is one only.
 

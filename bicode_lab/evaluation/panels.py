@@ -89,6 +89,11 @@ class PanelFrame:
     region_px: int
     events: int
 
+    @property
+    def aruco_id(self) -> int:
+        """Which pattern its plate has."""
+        return scene_of(self.condition, self.seed).markers[0].marker.board.aruco_id
+
     def row(self) -> dict[str, Any]:
         """Its row in the table of Fig. 13, without the frame."""
         told = {"panel": self.panel, "seed": self.seed, "region_px": self.region_px, "events": self.events}
@@ -177,13 +182,17 @@ def area_over_distance(above: str, below: str, distances_m: Iterable[float], see
     return pd.DataFrame(rows)
 
 
-def turned_share(yaw_deg: float, size_m: float = 0.05, thickness_m: float = paper.PLATE_THICKNESS_M) -> float:
+def turned_share(
+    yaw_deg: float, size_m: float = 0.05, thickness_m: float = paper.PLATE_THICKNESS_M, glowing_share: float = 1.0
+) -> float:
     """An angle and a plate in; the area it shows, face and edge, over that of its face straight on, from afar, out.
+
+    Of the face only `glowing_share` may count, the share of its cells that glow; the edge glows as a whole.
 
     Examples
     --------
-    >>> round(turned_share(80), 3), turned_share(0)
-    (0.272, 1.0)
+    >>> round(turned_share(80), 3), turned_share(0), round(turned_share(80, glowing_share=0.75), 3)
+    (0.272, 1.0, 0.305)
     """
     yaw = np.deg2rad(yaw_deg)
-    return float(np.cos(yaw) + thickness_m / size_m * np.sin(yaw))
+    return float(np.cos(yaw) + thickness_m / size_m * np.sin(yaw) / glowing_share)
