@@ -1,4 +1,4 @@
-"""IV-E and IV-F: two explanations of what is lost near the camera.   trials -> rates beside losses; box late by n -> accuracy
+"""IV-E, IV-F: two explanations of the loss near the camera.   trials -> rates and losses; a late box -> accuracy
 
 The paper blames an abundance of events; `processing_limit` models that. Here its rows are laid beside those without
 it, and the other explanation is tried: that the box in which blinks are counted comes from an earlier period, and a
@@ -16,8 +16,8 @@ from tqdm import tqdm
 from bicode_lab import paper
 from bicode_lab.camera import Recorder, Scene, truth_at
 from bicode_lab.evaluation.accuracy import over_seeds
-from bicode_lab.evaluation.trials import PERIOD_S, receiver_settings
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.trials import PERIOD_S, receiver_settings
 from bicode_lab.events import Events
 from bicode_lab.recognition import ReceiverSettings
 from bicode_lab.recognition.accumulate import cut
@@ -67,7 +67,7 @@ def at_distances(rates: pd.DataFrame, value: str) -> pd.DataFrame:
 
 
 def lag_table(conditions: Sequence[Condition], lags: Sequence[int], seeds: int, periods: int) -> pd.DataFrame:
-    """Conditions, delays of the box in periods, and numbers of seeds and periods in; IDs read right in the late box out.
+    """Conditions, delays of the box [periods], numbers of seeds and periods in; IDs read right in the late box out.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def _lag_rows(condition: Condition, lags: Sequence[int], seed: int, periods: int
 
 
 def box_of(scene: Scene, start_us: float, settings: ReceiverSettings) -> Box:
-    """A scene and a period's start in, before the recording's if need be; the marker's box amid that period out [px]."""
+    """A scene and a period's start in, even before the recording; the marker's box amid that period out [px]."""
     x, y, w, h = truth_at(scene, start_us + settings.delta_t_whole_us / 2)[0].box_px
     x0, y0 = int(np.floor(x)), int(np.floor(y))
     return x0, y0, int(np.ceil(x + w)) - x0 + 1, int(np.ceil(y + h)) - y0 + 1

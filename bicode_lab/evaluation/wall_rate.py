@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from bicode_lab import paper
 from bicode_lab.camera import Recorder
-from bicode_lab.evaluation.trials import PERIOD_S
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.trials import PERIOD_S
 from bicode_lab.events import Events
 from bicode_lab.recordings import open_recording
 

@@ -27,7 +27,8 @@ def claims_of(figure: str, table: pd.DataFrame) -> pd.DataFrame:
     were written to the folder of figures before.
     """
     claims = read_claims(repository_root())
-    mine = claims[claims["id"].str.startswith(f"F{int(figure)}.") & claims["kind"].isin(["number", "order"])]
+    is_of = claims["id"].str.startswith(f"F{int(figure)}.") | claims["figure"].str.match(rf"{int(figure)}[a-k]")
+    mine = claims[is_of & claims["kind"].isin(["number", "order"])]
     judged = judge_claims(mine, {**read_tables(figures_folder()), figure: table})
     shown = judged[["id", "claim", "tested", "ours"]].assign(
         interval=[interval_of(row) for row in judged.to_dict("records")], verdict=judged["verdict"], note=judged["note"]

@@ -25,7 +25,8 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
     Of each way of motion the fastest is drawn; the others are in its table.
     """
     by_distance, lost, lost_by_rate = axes
-    for how, mine in rates.groupby("how", sort=False):
+    for number, (how, mine) in enumerate(rates.groupby("how", sort=False)):
+        nudge = 1.04 ** (number - 1)  # so that intervals stand side by side
         fastest = mine[mine["level"] == mine["level"].max()]
         color = HOW_COLORS[str(how)]
         level = fastest["level"].iloc[0]
@@ -35,7 +36,9 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
         for receiver, style in RECEIVERS.items():
             of = fastest[fastest["receiver"] == receiver].sort_values("distance_m")
             bars = np.maximum([of["lost"] - of["low"], of["high"] - of["lost"]], 0)
-            lost.errorbar(of["distance_m"], of["lost"], yerr=bars, color=color, label=f"{name}, {receiver}", **style)
+            lost.errorbar(
+                of["distance_m"] * nudge, of["lost"], yerr=bars, color=color, label=f"{name}, {receiver}", **style
+            )
             every = mine[mine["receiver"] == receiver]
             dots = {**style, "linestyle": "none"}
             lost_by_rate.plot(every["mev_per_s"], every["lost"], color=color, label=f"{how}, {receiver}", **dots)
@@ -66,7 +69,8 @@ def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: 
     for number, (level, mine) in enumerate(accuracies.groupby(by)):
         of = mine.sort_values("lag")
         bars = np.maximum([of["accuracy"] - of["low"], of["high"] - of["accuracy"]], 0)
-        line = ax.errorbar(of["lag"], of["accuracy"], yerr=bars, fmt="o-", label=label.format(level))
+        beside = of["lag"] + 0.08 * (number - 1)  # so that no curve hides another
+        line = ax.errorbar(beside, of["accuracy"], yerr=bars, fmt="o-", label=label.format(level))
         left = expected[expected[by] == level].sort_values("lag")
         name = "overlap that is left" if number == 0 else None
         ax.plot(left["lag"], left["overlap"], "--", color=line.lines[0].get_color(), alpha=0.5, label=name)
