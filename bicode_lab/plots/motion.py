@@ -44,8 +44,7 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
             lost_by_rate.plot(every["mev_per_s"], every["lost"], color=color, label=f"{how}, {receiver}", **dots)
     for ax in (by_distance, lost):
         set_distance_axis(ax)
-    by_distance.set(yscale="log", ylabel="events of the whole sensor (Mev/s)", ylim=(None, None))
-    by_distance.relim()
+    by_distance.set(ylim=(1e-3, 1), yscale="log", ylabel="events of the whole sensor (Mev/s)")
     by_distance.autoscale(axis="y")
     lost.set(ylabel="periods without the right ID (share)", ylim=(-0.02, 1.04))
     lost_by_rate.set(xscale="log", xlabel="events of the whole sensor (Mev/s)", ylim=(-0.02, 1.04))
@@ -81,7 +80,7 @@ def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: 
 def draw_rates(rates: Mapping[str, npt.NDArray[np.float64]], ax: Axes) -> Axes:
     """Names to rates in each period [Mev/s] in; how their periods are spread out, medians as dashed lines."""
     largest = max(float(np.quantile(each, 0.99)) for each in rates.values())
-    edges = np.linspace(0, 1.1 * largest, 41)
+    edges = np.linspace(0, 1.1 * largest, 41).tolist()
     for number, (name, each) in enumerate(rates.items()):
         weights = np.full(each.size, 1 / each.size)
         drawn: dict[str, Any] = {"histtype": "step", "linewidth": 1.8, "color": f"C{number}"}
