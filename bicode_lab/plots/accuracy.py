@@ -21,6 +21,7 @@ DOT = {"blinker": "o", "2d": "s"}
 ARROW = {">": "^", ">=": "^", "<": "v", "<=": "v"}
 LEVEL_COLORS = ("#E69F00", "#009E73", "#0072B2", "#CC79A7")  # of Okabe and Ito, the first three from light to dark
 TICKS_M = (0.5, 1.0, 2.5, 5.0, 10.0, 20.0, 50.0)
+TICKS_PX = (1, 2, 4, 8, 16, 32, 64, 128, 256)
 
 
 def draw_accuracy(
@@ -172,6 +173,13 @@ def set_distance_axis(ax: Axes) -> Axes:
     ax.xaxis.set_major_locator(FixedLocator(list(TICKS_M)))
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    return ax
+
+
+def set_width_axis(ax: Axes) -> Axes:
+    """Axes in; the plate's width in logarithmic steps from 0.7 to 400 px in the place of distance, named."""
+    ax.set(xlim=(0.7, 400), xlabel="width of the plate (px)")
+    ax.xaxis.set_major_locator(FixedLocator(list(TICKS_PX)))
     return ax
 
 
