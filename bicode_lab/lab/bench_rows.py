@@ -185,12 +185,17 @@ def scene_rows() -> Iterator[Row]:
     for name, (scene, seconds) in scenes.items():
         events = record(scene, seconds, rng=0)
         settings = ReceiverSettings()
-        simulated, received = time_in_turn(2, partial(run, scene, seconds), partial(receive, events, settings))
-        both = replace(simulated, cpu_s=simulated.cpu_s + received.cpu_s, wall_s=simulated.wall_s + received.wall_s)
+        begin = partial(Recorder, scene, seconds, np.random.default_rng(0))
+        started, simulated, received = time_in_turn(
+            2, begin, partial(run, scene, seconds), partial(receive, events, settings)
+        )
+        made_s = simulated.cpu_s - started.cpu_s  # the paper's scenes last for seconds; a beginning is theirs once
+        wall_s = simulated.wall_s - started.wall_s + received.wall_s
+        both = replace(simulated, cpu_s=made_s + received.cpu_s, wall_s=wall_s)
         yield time_row(both, 1 / seconds, name=name, what="seconds of a core for a second of this scene",
                        reach=BUDGET_CORE_S / PAPER_SCENE_S, unit="s/s",
-                       beside=f"simulate {simulated.cpu_s / seconds:.2f}, receive {received.cpu_s / seconds:.2f}, "
-                       f"{events.size / seconds / 1e6:.1f} Mev/s")  # fmt: skip
+                       beside=f"simulate {made_s / seconds:.2f}, receive {received.cpu_s / seconds:.2f}, beginning "
+                       f"{started.cpu_s:.2f} s once, {events.size / seconds / 1e6:.1f} Mev/s")  # fmt: skip
 
 
 def memory_rows() -> Iterator[Row]:
