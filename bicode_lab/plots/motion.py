@@ -78,13 +78,13 @@ def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: 
 
 
 def draw_rates(rates: Mapping[str, npt.NDArray[np.float64]], ax: Axes) -> Axes:
-    """Names to rates in each period [Mev/s] in; how their periods are spread out, medians as dashed lines."""
+    """Names to rates in each period [Mev/s] in; how their periods are spread out, means as dashed lines."""
     largest = max(float(np.quantile(each, 0.99)) for each in rates.values())
     edges = np.linspace(0, 1.1 * largest, 41).tolist()
     for number, (name, each) in enumerate(rates.items()):
         weights = np.full(each.size, 1 / each.size)
         drawn: dict[str, Any] = {"histtype": "step", "linewidth": 1.8, "color": f"C{number}"}
         ax.hist(np.clip(each, 0, edges[-1]), edges, weights=weights, label=name, **drawn)
-        ax.axvline(float(np.median(each)), color=f"C{number}", linestyle="--", linewidth=1.2)
+        ax.axvline(float(np.mean(each)), color=f"C{number}", linestyle="--", linewidth=1.2)
     ax.set(xlabel="events of the background (Mev/s)", ylabel="share of periods", xlim=(0, edges[-1]))
     return ax
