@@ -19,7 +19,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from bicode_lab.camera import MarkerTruth, Scene, record, truth_at
-from bicode_lab.evaluation.accuracy import Periods, score
+from bicode_lab.evaluation.accuracy import AXIS_DEG, Periods, score
 from bicode_lab.evaluation.experiments import PERIOD_S
 from bicode_lab.evaluation.setups import Condition, scene_of
 from bicode_lab.evaluation.trials import receiver_settings
@@ -57,7 +57,8 @@ def read_with(
     Returns
     -------
     DataFrame
-        A condition's fields, ``seed``, ``periods``, ``receiver``, ``id_right`` and ``marker_2d_right`` (counts).
+        A condition's fields, ``seed``, ``periods``, ``receiver``; counts of periods: ``id_right``, ``marker_2d_right`` and
+        ``axes_wrong``, in which the pattern was found, but its axes point elsewhere.
     """
     cv2.setNumThreads(1)
     trials = list(product(conditions, range(seeds)))
@@ -74,6 +75,7 @@ def read_with(
                 sightings = recognise(events, settings, t0_us=0)
             table = score(sightings, partial(truth_at, scene), judged)
             right = {column: int(table[column].sum()) for column in ("id_right", "marker_2d_right")}
+            right["axes_wrong"] = int((table["axis_deg"] > AXIS_DEG).sum())
             rows.append({**asdict(condition), "seed": seed, "periods": len(table), "receiver": name, **right})
     return pd.DataFrame(rows)
 
