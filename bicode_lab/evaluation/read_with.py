@@ -57,8 +57,8 @@ def read_with(
     Returns
     -------
     DataFrame
-        A condition's fields, ``seed``, ``periods``, ``receiver``; counts of periods: ``id_right``, ``marker_2d_right`` and
-        ``axes_wrong``, in which the pattern was found, but its axes point elsewhere.
+        A condition's fields, ``seed``, ``periods``, ``receiver``; counts of periods: ``id_right``,
+        ``marker_2d_right`` and ``axes_wrong``, in which the pattern was found, but its axes point elsewhere.
     """
     cv2.setNumThreads(1)
     trials = list(product(conditions, range(seeds)))
