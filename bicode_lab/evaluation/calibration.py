@@ -80,18 +80,20 @@ def cell_accuracy(candidate: Candidate, current_ma: float, distance_m: float, pl
     for seed in range(seeds):
         condition = Condition(figure="08", distance_m=distance_m, current_ma=current_ma)
         scene = candidate_scene(scene_of(condition, seed), candidate, NEAR_PX if plate else FAR_PX)
-        settings = replace(
-            receiver_settings(condition), width=scene.optics.width, height=scene.optics.height, detect_2d=plate
-        )
-        period_s = settings.delta_t_whole_us * 1e-6
-        recorder = Recorder(scene, periods * period_s, np.random.default_rng([seed, 2]))
-        judged = score(
-            recognise(recorder, settings, t0_us=0),
-            lambda t_us, scene=scene: truth_at(scene, t_us),  # type: ignore[misc]
-            Periods(start_us=0, count=periods),
-        )
+        judged = judged_periods(scene, condition, seed, periods, plate)
         right += int(judged["marker_2d_right" if plate else "id_right"].sum())
     return right / (seeds * periods)
+
+
+def judged_periods(scene: Scene, condition: Condition, seed: int, periods: int, detect_2d: bool) -> pd.DataFrame:
+    """A scene, its condition and a seed in; so many of its periods, read by the receiver and judged, out."""
+    settings = replace(
+        receiver_settings(condition), width=scene.optics.width, height=scene.optics.height, detect_2d=detect_2d
+    )
+    period_s = settings.delta_t_whole_us * 1e-6
+    recorder = Recorder(scene, periods * period_s, np.random.default_rng([seed, 2]))
+    sightings = recognise(recorder, settings, t0_us=0)
+    return score(sightings, lambda t_us: truth_at(scene, t_us), Periods(start_us=0, count=periods))
 
 
 def fig_8_cells(candidate: Candidate, seeds: int = 10) -> dict[str, float]:

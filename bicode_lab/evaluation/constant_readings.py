@@ -1,0 +1,92 @@
+"""What claims beyond Fig. 8 fix a constant, and how it is read off.   a constant's values -> what the claim would see
+
+Fig. 8 cannot see these constants. Each was set to one claim, which counts as calibrated on from then:
+
+    edge_glow                F9.3   the ID at 80 degrees, read to 10 m and no farther
+    infrared_share_office    F11.2  the ID by infrared light at 20 m in the office, half of the time
+    infrared_share_evening   F11.2  the same in the evening
+    processing_mev_per_s     F14.5  the ID of a marker that turns fast, right in 70 % of periods wherever it is
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from bicode_lab import paper
+from bicode_lab.camera import Scene, record
+from bicode_lab.evaluation.accuracy import over_seeds
+from bicode_lab.evaluation.calibration import FAR_PX, judged_periods
+from bicode_lab.evaluation.processing_limit import HITS, delay_periods
+from bicode_lab.evaluation.setups import Condition, scene_of
+
+PERIODS = 5  # of each seed
+RATE_S = 0.02  # of a recording, enough to count events a second of a near marker
+
+
+def with_value(scene: Scene, name: str, value: float) -> Scene:
+    """A scene and a constant's name and value in, the scene with it, on a sensor just large enough, out.
+
+    Raises
+    ------
+    ValueError
+        A name that is not one of `edge_glow` and the two `infrared_share_...`.
+    """
+    scene = replace(scene, optics=replace(scene.optics, width=FAR_PX[0], height=FAR_PX[1]))
+    if name == "edge_glow":
+        return replace(scene, edge_glow=value)
+    if name in ("infrared_share_office", "infrared_share_evening"):
+        return replace(scene, light=replace(scene.light, infrared_share=value))
+    raise ValueError(f"name={name!r} is not read here; choose edge_glow or infrared_share_office, ..._evening")
+
+
+def conditions_of(name: str) -> list[Condition]:
+    """A constant's name in, the conditions that its claim is about out."""
+    if name == "edge_glow":
+        return [Condition(figure="09", distance_m=distance_m, yaw_deg=80.0) for distance_m in (10.0, 15.0)]
+    lux = paper.OFFICE_LUX if name == "infrared_share_office" else paper.EVENING_LUX
+    current_ma = paper.FIG_11_CURRENT_MA
+    return [Condition(figure="11", distance_m=20.0, current_ma=current_ma, band="infrared", illuminance_lux=lux)]
+
+
+def accuracy_over(name: str, values: Iterable[float], seeds: int) -> pd.DataFrame:
+    """A constant's name and values in; accuracy of the ID in its claim's conditions out, with its interval.
+
+    Returns
+    -------
+    DataFrame
+        ``name``, ``value``, ``distance_m``, then as `over_seeds` has it.
+    """
+    cells = [(value, condition, seed) for value in values for condition in conditions_of(name) for seed in range(seeds)]
+    rows: list[dict[str, Any]] = []
+    for value, condition, seed in tqdm(cells, desc=name, unit=" trials", disable=None):
+        scene = with_value(scene_of(condition, seed), name, value)
+        right = int(judged_periods(scene, condition, seed, PERIODS, False)["id_right"].sum())
+        rows.append({"name": name, "value": value, "distance_m": condition.distance_m,
+                     "periods": PERIODS, "id_right": right})  # fmt: skip
+    return over_seeds(pd.DataFrame(rows), ["name", "value", "distance_m"])
+
+
+def turning_rate_mev_per_s(distance_m: float, rpm: float, seed: int = 0) -> float:
+    """A distance and a rate of turning in; events of the marker a second out [Mev/s]."""
+    scene = scene_of(Condition(figure="14", distance_m=distance_m, rpm=rpm), seed)
+    return float(record(scene, RATE_S, np.random.default_rng([seed, 2])).size / (RATE_S * 1e6))
+
+
+def accuracy_in_time(mev_per_s: float, limit_mev_per_s: float, rpm: float) -> float:
+    """A rate of events, a limit and a rate of turning in; mean share of the periods of half a turn not lost out.
+
+    That is what IV-F would see of a receiver that reads every period it comes to, see `processing_limit`.
+
+    Examples
+    --------
+    >>> accuracy_in_time(20.0, 20.0, rpm=16) > accuracy_in_time(20.0, 20.0, rpm=64)
+    True
+    """
+    periods = 30 / rpm / (paper.DELTA_T_WHOLE_US * 1e-6)
+    return max(0.0, 1 - (HITS - 1 + delay_periods(mev_per_s, limit_mev_per_s)) / periods)
