@@ -53,7 +53,10 @@ TENSION = dict.fromkeys(
 )
 """Claims that can hardly all hold together; each is tested as written."""
 
-CAUSES: dict[str, str] = {}
+CAUSES: dict[str, str] = {
+    "F9.5": "glowing pixels are counted, and the turned plate keeps more of them than of its outline: the face has "
+    "dark cells and the edge has none, and light spreads beyond both (notebook 13)",
+}
 """Why a claim is contradicted or undecided, with the notebook whose experiment shows it."""
 
 COLUMNS = [

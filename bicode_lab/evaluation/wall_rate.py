@@ -47,13 +47,6 @@ def wall_rates(condition: Condition, seeds: int, periods: int) -> Floats:
     return np.concatenate(rates)
 
 
-def recording_rates(path: Path, most_events: int) -> Floats | None:
-    """The path of a recording and how much of it in; the rate in each period out [Mev/s]; None without the file."""
-    if not path.is_file():
-        return None
-    chunks: list[Events] = []
-    for chunk in open_recording(path):
-        chunks.append(chunk)
-        if sum(each.size for each in chunks) >= most_events:
-            break
-    return rates_mev_per_s(chunks)
+def recording_rates(path: Path) -> Floats | None:
+    """The path of a recording in; its rate in each period out [Mev/s]; None where there is no such file."""
+    return rates_mev_per_s(open_recording(path)) if path.is_file() else None
