@@ -16,17 +16,20 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+from scipy.optimize import nnls
 from tqdm import tqdm
 
 from bicode_lab.camera import Light, Optics, PixelModel, Pose, Recorder, Scene, Still
 from bicode_lab.camera.lamp import Flicker, Lamp
+from bicode_lab.camera.optics import ambient_signal
 
 BLINK_HZ = (5.0, 12.5, 25.0, 50.0, 125.0, 250.0, 500.0, 1250.0, 2500.0, 5000.0, 10_000.0, 15_000.0)
 DISTANCES_M = (*(round(1 + 0.2 * k, 1) for k in range(11)), 4.0, 5.0)  # as their report says
 FOCAL_LENGTH_MM, F_NUMBER = 2.5, 1.6  # of their lens
 LED_SIDE_M = 0.01  # two LEDs side by side; assumption
 SENSOR_PX = 72  # a square that holds their light, halo and all
-SETTLE_S, COUNT_S = 0.1, 0.1  # what is let pass first, and what is counted then; at least a blink each
+SETTLED = 6  # time constants in the dark that are let pass first
+COUNT_S = 0.04  # what is counted then; at least a blink
 LEAST = 0.5  # events a blink; fewer are noise in their table as in ours
 
 WHERE_FROM = (
@@ -76,8 +79,9 @@ def events_per_blink(beacon: Beacon, blink_hz: float, pixel_model: PixelModel | 
     >>> slow > fast > 0
     True
     """
-    settle, count = (max(1, math.ceil(span_s * blink_hz)) for span_s in (SETTLE_S, COUNT_S))
     scene = beacon.scene(blink_hz, pixel_model or PixelModel())
+    dark_s = scene.pixel_model.time_constant_us * 1e-6 / ambient_signal(scene.light, scene.optics)
+    settle, count = (max(1, math.ceil(span_s * blink_hz)) for span_s in (SETTLED * dark_s, COUNT_S))
     recorder = Recorder(scene, (settle + count) / blink_hz, np.random.default_rng(seed))
     from_us = settle * 1e6 / blink_hz
     return sum(int((events["t"] >= from_us).sum()) for events in recorder) / count
@@ -162,3 +166,19 @@ def fit_scene(
         factor = misfit_factor(curve["events"], measured["events"])
         rows.append({"brightness": bright, "illuminance_lux": lux, "misfit_factor": factor})
     return pd.DataFrame(rows).sort_values("misfit_factor", kind="stable", ignore_index=True)
+
+
+def mix_curves(curves: npt.ArrayLike, measured: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Curves, shape (n, rates), and a measured one in; how much of each is in the mixture nearest to it, (n,), out.
+
+    Nearest in relative terms; none is less than 0. The mixture is ``weights @ curves``: pixels that see the LED in
+    front of several darknesses.
+
+    Examples
+    --------
+    >>> mix_curves([[8, 8, 1], [90, 9, 0]], [98, 17, 1]).round(2)
+    array([1., 1.])
+    """
+    theirs = np.maximum(np.asarray(measured, float), LEAST)
+    weights, _ = nnls((np.asarray(curves, float) / theirs).T, np.ones(theirs.size))
+    return np.asarray(weights)

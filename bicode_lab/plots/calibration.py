@@ -1,0 +1,82 @@
+"""What constants were fitted to, and curves of events a blink; draws tables of `evaluation`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter, NullLocator
+
+STYLES = (("#0072B2", "o", "-"), ("#D55E00", "s", "--"), ("#009E73", "^", "-."), ("#CC79A7", "D", ":"))
+
+
+def draw_misfit(table: pd.DataFrame, chosen: tuple[float, float] | None, ax: Axes) -> Axes:
+    """Candidates' misfits in; a curve over the LED's brightness for each blur and pattern, the chosen one ringed, out.
+
+    Parameters
+    ----------
+    table : DataFrame
+        ``led_to_ambient``, ``blur_px``, ``aruco_id``, ``sum``; a row for each candidate.
+    chosen : tuple or None
+        LED to ambient and misfit of the candidate that is in use; None where it was not tried.
+    ax : Axes
+    """
+    groups = table.sort_values("led_to_ambient").groupby(["blur_px", "aruco_id"])
+    for (key, group), (color, mark, line) in zip(groups, STYLES * len(table), strict=False):
+        blur_px, aruco_id = key
+        label = f"blur {blur_px:g} px, pattern {aruco_id:g}"
+        ax.plot(group["led_to_ambient"], group["sum"], color=color, marker=mark, linestyle=line, label=label)
+    if chosen is not None:
+        ax.plot(*chosen, "o", color="black", markerfacecolor="none", markersize=14, label="in use")
+    ax.set(xlabel="LED over ambient light, 10.7 mA and 350 lx", ylabel="what Fig. 8's claims lack (sum)")
+    ax.set_ylim(bottom=0)
+    ax.legend()
+    return ax
+
+
+def draw_readings(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, xlabel: str) -> Axes:
+    """Accuracies over a constant's values in; a curve with 95 % bars for each group, the value in use as a line, out.
+
+    Parameters
+    ----------
+    table : DataFrame
+        ``value``, ``accuracy``, ``low``, ``high``, and the column `by`, whose values name the curves.
+    in_use : float
+    ax : Axes
+    by, xlabel : str
+    """
+    for (name, group), (color, mark, line) in zip(table.groupby(by, sort=False), STYLES, strict=False):
+        bars = [group["accuracy"] - group["low"], group["high"] - group["accuracy"]]
+        ax.errorbar(group["value"], group["accuracy"], yerr=bars, color=color, marker=mark, linestyle=line,
+                    label=str(name))  # fmt: skip
+    ax.axvline(in_use, color="black", linewidth=1, label="in use")
+    ax.set(xlabel=xlabel, ylabel="ID right (share of periods)", xscale="log", ylim=(-0.03, 1.03))
+    ticks = sorted(set(table["value"]))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.legend()
+    return ax
+
+
+def draw_blinks(
+    curves: Mapping[str, pd.DataFrame], ax: Axes, *, measured: Mapping[str, pd.DataFrame] | None = None
+) -> Axes:
+    """Curves of events a blink by name in, lines out; measured ones, in the order of the others, hollow and black.
+
+    Parameters
+    ----------
+    curves, measured : mapping of name to DataFrame
+        Columns ``blink_hz`` and ``events``, see `blink_response`; points below a tenth of an event are not drawn.
+    ax : Axes
+    """
+    for (name, curve), (color, mark, line) in zip(curves.items(), STYLES, strict=False):
+        seen = curve[curve["events"] >= 0.1]
+        ax.plot(seen["blink_hz"], seen["events"], color=color, marker=mark, linestyle=line, label=name)
+    for (name, curve), (_, mark, _) in zip((measured or {}).items(), STYLES, strict=False):
+        ax.plot(curve["blink_hz"], curve["events"], linestyle="none", marker=mark, color="black",
+                markerfacecolor="none", label=name)  # fmt: skip
+    ax.set(xscale="log", yscale="log", xlabel="blinks a second (Hz)", ylabel="events a blink")
+    ax.yaxis.set_minor_formatter(NullFormatter())
+    ax.legend(fontsize=9)
+    return ax
