@@ -19,6 +19,7 @@ from bicode_lab.evaluation.blink_response import (
     events_per_blink,
     fit_scene,
     misfit_factor,
+    mix_curves,
     read_blink_table,
     slope,
 )
@@ -73,6 +74,12 @@ def test_a_factor_is_symmetric_and_one_where_nothing_differs() -> None:
     assert misfit_factor([5, 7], [5, 7]) == 1
     assert misfit_factor([5, 7], [50, 70]) == pytest.approx(10) == pytest.approx(misfit_factor([50, 70], [5, 7]))
     assert misfit_factor([0.0], [0.1]) == 1  # both are next to nothing
+
+
+def test_a_mixture_is_taken_apart_and_no_weight_is_negative() -> None:
+    curves = np.array([[100.0, 90, 20, 1], [4000, 900, 10, 0.5], [50, 50, 50, 45]])
+    assert mix_curves(curves, np.array([0.5, 2.0, 0.1]) @ curves) == pytest.approx([0.5, 2.0, 0.1])
+    assert (mix_curves(curves, curves[0] - 0.3 * curves[2]) >= 0).all()
 
 
 def test_slopes_are_powers() -> None:
