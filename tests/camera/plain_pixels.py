@@ -45,5 +45,7 @@ def follow(light, model, edges, noise, level, reference, free, on, off):
                 break
             events.append((polarity, crossing + delay))
             level, t, free = (wanted if ratio > 1 else level), crossing, crossing + model.refractory_us
+            if free == t:  # no reset to wait for
+                reference = level
         level = aim + (level - aim) * math.exp((t - end) / tau)
     return events, level, reference, free
