@@ -22,6 +22,7 @@ from bicode_lab.camera import Recorder, Scene, truth_at
 from bicode_lab.constants import constant
 from bicode_lab.evaluation.accuracy import Periods, score
 from bicode_lab.evaluation.claim_statistics import half_distances
+from bicode_lab.evaluation.read_with import with_pattern
 from bicode_lab.evaluation.setups import Condition, scene_of
 from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.recognition import recognise
@@ -62,11 +63,8 @@ def candidates(
 
 def candidate_scene(scene: Scene, candidate: Candidate, size_px: tuple[int, int]) -> Scene:
     """A scene and a candidate in, the scene with its constants, on a sensor of another size, out."""
-    placed = scene.markers[0]
-    board = replace(placed.marker.board, aruco_id=candidate.aruco_id)
     return replace(
-        scene,
-        markers=(replace(placed, marker=replace(placed.marker, board=board)),),
+        with_pattern(scene, candidate.aruco_id),
         light=replace(scene.light, led_to_ambient=candidate.led_to_ambient),
         optics=replace(scene.optics, blur_px=candidate.blur_px, width=size_px[0], height=size_px[1]),
         pixel_model=replace(scene.pixel_model, time_constant_us=candidate.time_constant_us),

@@ -54,8 +54,16 @@ TENSION = dict.fromkeys(
 """Claims that can hardly all hold together; each is tested as written."""
 
 CAUSES: dict[str, str] = {
+    "F9.1": "in most of the periods lost at 40 deg the pattern is found in its place, with its pose mirrored: at 2.5 m "
+    "perspective moves its corners by less than half a pixel (notebook 09)",
     "F9.5": "glowing pixels are counted, and the turned plate keeps more of them than of its outline: the face has "
     "dark cells and the edge has none, and light spreads beyond both (notebook 13)",
+    "F10.1": "the lens's blur closes dark cells of 3.7 px; with a sharper lens they stay open (notebook 10)",
+    "F12.1": "the plate's pattern is open in the text, and ours was chosen by Fig. 8; patterns whose dark cells stand "
+    "alone are lost at this speed (notebook 14)",
+    "F12.2": "as F12.1: with other patterns of the dictionary nothing is left at this speed (notebook 14)",
+    "F14.1": "as F12.1: with another pattern this is kept (notebook 14)",
+    "F14.3": "as F12.1: with another pattern it falls to about one half (notebook 14)",
 }
 """Why a claim is contradicted or undecided, with the notebook whose experiment shows it."""
 

@@ -7,7 +7,7 @@ recording is read by every receiver given, so that they differ in nothing else.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -78,6 +78,13 @@ def read_with(
             right["axes_wrong"] = int((table["axis_deg"] > AXIS_DEG).sum())
             rows.append({**asdict(condition), "seed": seed, "periods": len(table), "receiver": name, **right})
     return pd.DataFrame(rows)
+
+
+def with_pattern(scene: Scene, aruco_id: int) -> Scene:
+    """A scene of one marker and a pattern's number in, the scene with that pattern on the plate out."""
+    placed = scene.markers[0]
+    board = replace(placed.marker.board, aruco_id=aruco_id)
+    return replace(scene, markers=(replace(placed, marker=replace(placed.marker, board=board)),))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 
-from bicode_lab.plots.accuracy import set_distance_axis
+from bicode_lab.plots.accuracy import LEVEL_COLORS, set_distance_axis
 
 HOW_COLORS = {"still": "#000000", "pan": "#0072B2", "spin": "#D55E00"}
 RECEIVERS: dict[str, dict[str, Any]] = {
@@ -87,4 +87,24 @@ def draw_rates(rates: Mapping[str, npt.NDArray[np.float64]], ax: Axes) -> Axes:
         ax.hist(np.clip(each, 0, edges[-1]), edges, weights=weights, label=name, **drawn)
         ax.axvline(float(np.mean(each)), color=f"C{number}", linestyle="--", linewidth=1.2)
     ax.set(xlabel="events of the background (Mev/s)", ylabel="share of periods", xlim=(0, edges[-1]))
+    return ax
+
+
+def draw_patterns(told: pd.DataFrame, ax: Axes) -> Axes:
+    """Accuracies of 2D markers by condition and pattern in, a group of squares for each condition out.
+
+    Parameters
+    ----------
+    told : DataFrame
+        ``condition`` (its name), ``aruco_id``, ``accuracy``, ``low``, ``high``.
+    ax : Axes
+    """
+    names = list(dict.fromkeys(told["condition"]))
+    for k, (pattern, mine) in enumerate(told.groupby("aruco_id", sort=False)):
+        at = [names.index(name) + 0.1 * (k - 1.5) for name in mine["condition"]]
+        bars = [(mine["accuracy"] - mine["low"]).clip(lower=0), (mine["high"] - mine["accuracy"]).clip(lower=0)]
+        color = LEVEL_COLORS[k % len(LEVEL_COLORS)]
+        ax.errorbar(at, mine["accuracy"], yerr=bars, fmt="s", color=color, label=f"pattern {pattern}", clip_on=False)
+    ax.set(xticks=range(len(names)), xticklabels=names, ylim=(0, 1.04))
+    ax.set_ylabel("accuracy of the pose (share of periods)")
     return ax

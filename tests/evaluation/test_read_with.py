@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bicode_lab.evaluation.curves import curves_of
-from bicode_lab.evaluation.read_with import glimpse, read_with
-from bicode_lab.evaluation.setups import Condition
+from bicode_lab.evaluation.read_with import glimpse, read_with, with_pattern
+from bicode_lab.evaluation.setups import Condition, scene_of
 from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.soft import SoftSettings
 
@@ -76,3 +76,10 @@ def test_a_glimpse_is_of_the_first_frame_and_a_dark_one_is_empty():
     assert 0.5 < seen.lit_share < 4
     assert unlit.lit_share < 0.05
     assert unlit.found is None
+
+
+def test_another_pattern_is_all_that_is_other():
+    scene = scene_of(NEAR, 0)
+    other = with_pattern(scene, 34)
+    assert other.markers[0].marker.board.aruco_id == 34
+    assert with_pattern(other, scene.markers[0].marker.board.aruco_id) == scene

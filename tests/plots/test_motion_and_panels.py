@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bicode_lab.plots.motion import draw_lag, draw_rate_and_loss, draw_rates
+from bicode_lab.plots.motion import draw_lag, draw_patterns, draw_rate_and_loss, draw_rates
 from bicode_lab.plots.panels import draw_panels
 
 
@@ -54,3 +54,17 @@ def test_rates_are_shares_of_periods_with_their_means():
     ax = draw_rates({"wall": np.array([0.1, 0.1, 0.4]), "real": np.full(5, 0.2)}, Figure().add_subplot())
     np.testing.assert_allclose([line.get_xdata()[0] for line in ax.lines], [0.2, 0.2])
     assert {patch.get_label() for patch in ax.patches} >= {"wall", "real"}
+
+
+def test_each_pattern_has_a_square_at_each_condition():
+    told = pd.DataFrame(
+        {
+            "condition": ["a", "b", "a", "b"], "aruco_id": [17, 17, 34, 34],
+            "accuracy": [1.0, 0.2, 0.9, 0.0], "low": [0.9, 0.1, 0.8, 0.0], "high": [1.0, 0.3, 1.0, 0.1],
+        }
+    )  # fmt: skip
+    ax = draw_patterns(told, Figure().subplots())
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["a", "b"]
+    drawn = [container.lines[0].get_ydata().tolist() for container in ax.containers]
+    assert drawn == [[1.0, 0.2], [0.9, 0.0]]
+    assert [container.get_label() for container in ax.containers] == ["pattern 17", "pattern 34"]
