@@ -11,7 +11,7 @@ from bicode_lab.lab.runner import run_notebook
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 CHAPTERS = sorted(FOLDER.glob("[0-9][0-9]_*.ipynb"))
 SOLUTIONS = sorted((FOLDER / "solutions").glob("*.ipynb"))
-OF_THE_PAPER = range(1, 12)  # notebooks whose number is that of a figure they regenerate
+OF_THE_PAPER = range(1, 15)  # notebooks whose number is that of a figure they regenerate
 
 pytestmark = pytest.mark.notebook
 
