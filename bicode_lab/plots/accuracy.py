@@ -156,7 +156,7 @@ def draw_stated(
     for number, (name, same) in enumerate(mine.groupby("id", sort=False)):
         levels = ", ".join(label.format(level * scale) for level in same[by]) if label else ""
         at_m, value = (float(same[column].iloc[0]) for column in ("at_m", "accuracy"))
-        is_above = value < 0.2 or (value < 0.8 and number % 2 == 0)  # neighbours do not cover each other
+        is_above = value < 0.2 or (value < 0.9 and number % 2 == 1)  # neighbours do not cover each other
         is_far = at_m > 12  # names stay within the axes
         ax.annotate(
             f"{name}{': ' if levels else ''}{levels}", (at_m, value), textcoords="offset points", fontsize=9,
