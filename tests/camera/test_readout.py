@@ -117,7 +117,7 @@ def test_the_link_carries_what_it_promises_and_no_more():
 def test_rows_wait_for_each_other():
     # 720 rows fire in one microsecond, ten events each: 0.02 us to turn to a row, 0.001 us an event.
     events = make_events(np.tile(np.arange(10), 720), np.repeat(np.arange(720), 10), np.ones(7200), np.full(7200, 50))
-    queue = ReadoutQueue(Readout())
+    queue = ReadoutQueue(Readout(row_us=0.02))
     out = queue.pass_on(events)
     takes = 720 * (0.02 + 10 * 0.001)
     assert queue.longest_wait_us == pytest.approx(takes, abs=0.03)

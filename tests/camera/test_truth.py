@@ -81,8 +81,10 @@ def test_events_lie_in_the_true_box_and_what_its_light_reaches(distance_m):
     x, y, w, h = truth_at(scene, 0)[0].box_px
     events = record(scene, 0.02, 0)
     reach = reach_px(OPTICS) + 1
-    assert x - reach <= events["x"].min() <= x + 2
-    assert x + w - 2 <= events["x"].max() <= x + w + reach
+    # The box has the side face in it, which is dark this far off its normal.
+    side = Board().thickness_m * np.sin(np.deg2rad(20)) * OPTICS.focal_px / distance_m
+    assert x - reach <= events["x"].min() <= x + side + 2
+    assert x + w - side - 2 <= events["x"].max() <= x + w + reach
     assert y - reach <= events["y"].min() <= y + 2
     assert y + h - 2 <= events["y"].max() <= y + h + reach
 

@@ -127,10 +127,11 @@ def test_silent_where_there_is_no_terminal(tmp_path: Path, capfd: pytest.Capture
 
 
 SCRIPT = """
-import sys
+import signal, sys
 from bicode_lab.evaluation.sweep import sweep
 from tests.evaluation.test_sweep import run, trials_of
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may start what is in its background without
     sweep(run, trials_of(seeds=10, wait_s=0.25, note_in=sys.argv[2]), sys.argv[1], jobs=2)
 """
 
