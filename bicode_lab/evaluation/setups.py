@@ -16,8 +16,8 @@ from bicode_lab.camera.motion import Path
 from bicode_lab.constants import constant
 from bicode_lab.marker import Board, Marker
 
-WALL_M = 5.0  # behind a marker that is nearer than WALL_BEHIND times less
-WALL_BEHIND = 1.25
+WALL_M = 5.0  # where the wall is, at least
+WALL_BEHIND = 1.25  # times as far as the marker, at least
 WALL_PICTURE, WALL_CONTRAST = "camera", 0.05  # as dense as a real recording, 0.1 Mev/s at 0.314 m/s and 2.5 m
 STRATA = 10  # seeds share a pan evenly
 

@@ -60,20 +60,20 @@ def run_trial(condition: Condition, seed: int) -> list[dict[str, Any]]:
     def judged(found: list[Sighting]) -> pd.DataFrame:
         return score(found, lambda t_us: truth_at(scene, t_us), periods)
 
-    by_sum = judged(sightings)
+    by_any = judged(sightings)
     rate_mev_per_s = n_events / (condition.duration_s * 1e6)
     shared = {
-        **asdict(condition), "seed": seed, "periods": len(by_sum), "events": n_events, "lost": recorder.queue.lost,
-        "mev_per_s": round(rate_mev_per_s, 6), "corner_px": _mean(by_sum, "corner_px"),
+        **asdict(condition), "seed": seed, "periods": len(by_any), "events": n_events, "lost": recorder.queue.lost,
+        "mev_per_s": round(rate_mev_per_s, 6), "corner_px": _mean(by_any, "corner_px"),
     }  # fmt: skip
-    rows = [_row(shared, "ours", "any", by_sum)]
+    rows = [_row(shared, "ours", "any", by_any)]
     if counting is not None:
-        rows.append(_row(shared, "ours", "count", judged(graded).assign(id_right=by_sum.get("id_right"))))
+        rows.append(_row(shared, "ours", "count", judged(graded).assign(id_right=by_any.get("id_right"))))
         lost = periods_lost(rate_mev_per_s, np.random.default_rng([seed, 3])) if condition.moves else 0
         first = begins_at_s(condition, seed) / PERIOD_S
-        in_time = by_sum["period"] + first >= lost if len(by_sum) else None
-        late = by_sum if in_time is None else by_sum.assign(
-            id_right=by_sum["id_right"] & in_time, marker_2d_right=by_sum["marker_2d_right"] & in_time
+        in_time = by_any["period"] + first >= lost if len(by_any) else None
+        late = by_any if in_time is None else by_any.assign(
+            id_right=by_any["id_right"] & in_time, marker_2d_right=by_any["marker_2d_right"] & in_time
         )  # fmt: skip
         rows.append(_row(shared, "authors", "any", late))
     return rows
