@@ -35,8 +35,8 @@ def fast_exp(x: float) -> float:
     """The exponential of x, -700 < x < 700, to a part in 1e11."""
     n = np.floor(x * LOG2_E + 0.5)
     r = (x - n * LN_2_HIGH) - n * LN_2_LOW
-    upper = 1 + r / 6 * (1 + r / 7 * (1 + r / 8 * (1 + r / 9)))
-    p = 1 + r * (1 + r / 2 * (1 + r / 3 * (1 + r / 4 * (1 + r / 5 * upper))))
+    upper = 1 + r * (1 / 6) * (1 + r * (1 / 7) * (1 + r * (1 / 8) * (1 + r * (1 / 9))))
+    p = 1 + r * (1 + r * (1 / 2) * (1 + r * (1 / 3) * (1 + r * (1 / 4) * (1 + r * (1 / 5) * upper))))
     power = np.int64((np.int64(n) + 1023) << 52)
     return float(p * power.view(np.float64))
 
@@ -49,7 +49,7 @@ def fast_log(x: float) -> float:
     m = np.int64(bits - (n << 52)).view(np.float64)  # 0.7 .. 1.4
     s = (m - 1) / (m + 1)
     z = s * s
-    series = 1 + z * (1 / 3 + z * (1 / 5 + z * (1 / 7 + z * (1 / 9 + z * (1 / 11 + z * (1 / 13 + z / 15))))))
+    series = 1 + z * (1 / 3 + z * (1 / 5 + z * (1 / 7 + z * (1 / 9 + z * (1 / 11 + z * (1 / 13 + z * (1 / 15)))))))
     return float(n * LN_2_HIGH + (n * LN_2_LOW + 2 * s * series))
 
 
@@ -85,31 +85,46 @@ def _begin(
     many: int, start: float, end: float, rate: F8, on: F8, off: F8, free: F8, off_aim: F8, ref_off: F8, rest: F8,
     dead: float, turn: I8, lanes: F8,
 ) -> int:  # fmt: skip
-    """List the pixels that can reach a threshold in the stretch, side by side; a reset that ends in it ends now."""
+    """Put the pixels that can reach a threshold in the stretch side by side; a reset that ends in it ends now."""
+    held = 0
+    for i in range(many):
+        held += free[i] > start
+    if held:
+        for i in range(many):
+            if free[i] > start and free[i] < end:
+                ref_off[i] = off_aim[i] = off_aim[i] * fast_exp((start - free[i]) * rate[i])
+                rest[i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
     n = 0
     for i in range(many):
-        if free[i] > start and free[i] < end:
-            ref_off[i] = off_aim[i] = off_aim[i] * fast_exp((start - free[i]) * rate[i])
-            rest[i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
         turn[n] = i
-        n += (ref_off[i] < -on[i] or ref_off[i] > off[i]) and free[i] < end
+        n += ((ref_off[i] < -on[i]) | (ref_off[i] > off[i])) & (free[i] < end)
+    if 2 * n > many:  # it takes longer to pick most than to take all
+        n = many
+        for i in range(many):
+            turn[i] = i
+            lanes[OFF_AIM + i], lanes[REF_OFF + i], lanes[REST + i] = off_aim[i], ref_off[i], rest[i]
+            lanes[ON + i], lanes[OFF + i] = on[i], off[i]
+            lanes[KEPT + i] = fast_exp(-dead * rate[i]) if free[i] < end else 0.0
+    else:
+        for j in range(n):
+            i = turn[j]
+            lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j] = off_aim[i], ref_off[i], rest[i]
+            lanes[ON + j], lanes[OFF + j], lanes[KEPT + j] = on[i], off[i], rate[i]
+        for j in range(n):
+            lanes[KEPT + j] = fast_exp(-dead * lanes[KEPT + j])
+    for i in range(many):
         free[i] = max(free[i], start)
-    for j in range(n):
-        i = turn[j]
-        lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j] = off_aim[i], ref_off[i], rest[i]
-        lanes[ON + j], lanes[OFF + j], lanes[KEPT + j] = on[i], off[i], rate[i]
-    for j in range(n):
-        lanes[KEPT + j] = fast_exp(-dead * lanes[KEPT + j])
     return n
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _cross_once(n: int, turn: I8, lanes: F8, pixels: U4, times: F8, count: int) -> int:
-    """The next crossing of each of the first `n` lanes, where it has one; how many events there are then.
+def _cross_once(n: int, turn: I8, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[int, int]:
+    """The next crossing of each of the first `n` lanes, where it has one; how many lanes may have more, and events.
 
     `pixels` and `times` get, of each, twice its number and the polarity, and the share of the way to the aim
     that is left. A lane that has no more is marked by a `KEPT` of 0.
     """
+    more = 0
     for j in range(n):
         ref_off, off_aim, rest, kept = lanes[REF_OFF + j], lanes[OFF_AIM + j], lanes[REST + j], lanes[KEPT + j]
         rises = ref_off < 0.0
@@ -124,14 +139,17 @@ def _cross_once(n: int, turn: I8, lanes: F8, pixels: U4, times: F8, count: int) 
         lanes[SHARE + j] = (share if rises else -share) if fires else 0.0
         lanes[OFF_AIM + j] = (reached * kept if again else reached) if fires else off_aim
         lanes[REST + j] = (after * kept if again else after) if fires else rest
-        lanes[REF_OFF + j] = reached * kept if again else ref_off
+        ref_off = reached * kept if again else ref_off
+        lanes[REF_OFF + j] = ref_off
+        again &= (ref_off + lanes[ON + j] < 0.0) | (ref_off - lanes[OFF + j] > 0.0)
         lanes[KEPT + j] = kept if again else 0.0
+        more += again
     for j in range(n):
         share = lanes[SHARE + j]
         pixels[count] = np.uint32(2 * turn[j] + (share > 0.0))
         times[count] = abs(share)
         count += share != 0.0
-    return count
+    return more, count
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -173,20 +191,21 @@ def fire_stretch(
     for i in range(many):
         rest[i] = fast_exp(min((end - start) * rate[i], MOST_TIME_CONSTANTS))
     n, first = _begin(many, start, end, rate, on, off, free, off_aim, ref_off, rest, dead, turn, lanes), count
-    before = -1
-    while count > before:
-        before, count = count, _cross_once(n, turn, lanes, pixels, times, count)
+    more = n
+    while more:
+        more, count = _cross_once(n, turn, lanes, pixels, times, count)
     for j in range(n):
         i = turn[j]
         off_aim[i], ref_off[i], rest[i] = lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j]
-    for j in range(first, count):
-        times[j] = fast_log(times[j])
-    for j in range(first, count):
-        i, rises = pixels[j] >> 1, pixels[j] & 1
-        crossing = free[i] - times[j] / rate[i]
-        times[j] = crossing + (delay_on if rises else delay_off)
+    who, when = pixels[first:count], times[first:count]  # counted from 0, or no wide instructions
+    for j in range(when.size):
+        when[j] = fast_log(when[j])
+    for j in range(when.size):
+        i, rises = who[j] >> 1, who[j] & 1
+        crossing = free[i] - when[j] / rate[i]
+        when[j] = crossing + (delay_on if rises else delay_off)
         free[i] = crossing + dead
-        pixels[j] = np.uint32(2 * places[i] + rises)
+        who[j] = np.uint32(2 * places[i] + rises)
     for i in range(many):
         level[i], reference[i] = aim[i] + off_aim[i] / rest[i], aim[i] + ref_off[i]
     return count
