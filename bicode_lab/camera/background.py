@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
+import numpy.typing as npt
 import skimage.data
 import skimage.util
 from scipy import ndimage
@@ -17,7 +19,7 @@ from scipy import ndimage
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import Optics, plate_homography
 from bicode_lab.camera.pixel_steps import F4
-from bicode_lab.camera.wall_pixels import NEAREST_HORIZON, sample_row
+from bicode_lab.camera.wall_pixels import NEAREST_HORIZON, look_up
 
 FEWEST = 8  # points a side
 FARTHEST = 16  # points of way beyond which no pixel is left asleep
@@ -67,10 +69,10 @@ class Wall:
         # A point is read together with its next; and a path within the picture may lead farther than its corners'.
         columns, rows = (2 * int(np.ceil(1.1 * w + 1)) + 1 for w in way)
         if (rows, columns) not in self._extremes:
-            self._extremes[rows, columns] = (
-                _repeated(ndimage.minimum_filter(self.log_image, (rows, columns), mode="wrap")),
-                _repeated(ndimage.maximum_filter(self.log_image, (rows, columns), mode="wrap")),
-            )
+            around, wide = np.ones((rows, columns), np.uint8), [(rows // 2, rows // 2), (columns // 2, columns // 2)]
+            image, inner = np.pad(self.log_image, wide, mode="wrap"), tuple(slice(n, -n) for n, _ in wide)
+            lowest, highest = cv2.erode(image, around)[inner], cv2.dilate(image, around)[inner]
+            self._extremes[rows, columns] = _repeated(lowest), _repeated(highest)
         return self._extremes[rows, columns]
 
     def from_pixels(self, camera: Pose, optics: Optics) -> Floats:
@@ -83,17 +85,13 @@ class Wall:
 
     def log_reflectance(self, from_pixels: Floats, x0: int, y0: int, x1: int, y1: int) -> F4:
         """A homography and a rectangle of pixels in; log reflectance there out, shape (rows, columns)."""
-        seen = np.empty((y1 - y0, x1 - x0), np.float32)
-        columns, light, room = np.arange(x0, x1, dtype=np.float64), np.empty(x1 - x0), np.empty((4, x1 - x0))
-        for row, y in enumerate(range(y0, y1)):
-            sample_row(self.repeated, from_pixels, y, columns, columns.size, 0.0, light, room)
-            seen[row] = light
-        return seen
+        y, x = np.mgrid[y0:y1, x0:x1].astype(np.float64).reshape(2, -1)
+        return look_up(self.repeated, from_pixels, 0.0, x, y).reshape(y1 - y0, x1 - x0)
 
 
-def _repeated(image: F4) -> F4:
+def _repeated(image: npt.NDArray[np.generic]) -> F4:
     """An image in, the same with its first two rows and columns once more behind its last out."""
-    return np.pad(image, [(0, 2), (0, 2)], mode="wrap")
+    return np.pad(image.astype(np.float32, copy=False), [(0, 2), (0, 2)], mode="wrap")
 
 
 def textured_wall(

@@ -16,7 +16,7 @@ from bicode_lab.camera.optics import Light, Optics, ambient_signal
 from bicode_lab.camera.patch import Patch, PlateImage
 from bicode_lab.camera.readout import Readout, ReadoutQueue
 from bicode_lab.camera.sensor import PixelModel, PixelState, fire_lit_pixels, sort_by_time, start_pixels
-from bicode_lab.camera.wall_pixels import fire_wall_pixels, settle
+from bicode_lab.camera.wall_pixels import fire_wall_pixels, look_up
 from bicode_lab.constants import constant
 from bicode_lab.events import EVENT_DTYPE, Events, join, words
 from bicode_lab.marker import Marker
@@ -204,10 +204,12 @@ class Recorder:
 
     def _settle(self, patch: Patch) -> None:
         """Pixels that were asleep before the wall are to be lit: they get the level they have."""
-        wall, width = self.scene.wall, self.scene.optics.width
-        if wall is not None:
-            settle(patch.index, width, self._asleep, wall.repeated, self._last_view, self._log_ambient(),
-                   self._state.level)  # fmt: skip
+        wall, index = self.scene.wall, patch.index[self._asleep[patch.index]]
+        if wall is not None and index.size:
+            y, x = np.divmod(index, self.scene.optics.width)
+            self._state.level[index] = look_up(
+                wall.repeated, self._last_view, self._log_ambient(), x.astype(float), y.astype(float)
+            )
 
     def _expose_wall(self, wall: Wall, cuts: npt.NDArray[np.float64], patches: list[Patch]) -> None:
         """Run the pixels that nothing lights through the span."""
@@ -219,7 +221,7 @@ class Recorder:
         moments = np.round(cuts[:-1] * 16).astype(np.int64)
         seen = (optics.width, taken, self._asleep, wall.repeated, *wall.extremes(views, optics), self._log_ambient(),
                 self._last_view, views, cuts, moments)  # fmt: skip
-        self._run(fire_wall_pixels, optics.height, seen)
+        self._run(fire_wall_pixels, taken.size, seen)
         self._last_view = views[-1]
 
     def _draw(self, cuts: npt.NDArray[np.float64]) -> list[Patch]:

@@ -4,9 +4,10 @@ They answer to light as all pixels do. What is done for speed, and changes nothi
 
 - A pixel is left asleep through a span where no point of the texture that it passes can bring it to
   a threshold. Asleep, its level is its light; that is looked up when it wakes.
-- The pixels of a row that are awake go through a stretch side by side: light, noise and low-pass
-  are loops without a branch, which the compiler makes of wide instructions. The few that can reach
-  their threshold in the stretch, or are in their dead time, are then followed one by one.
+- The pixels that are awake go through a stretch side by side: light, noise and low-pass are loops
+  without a branch, which the compiler makes of wide instructions (see `pixel_steps`).
+- Only those few whose aim is beyond a threshold, or that are in reset, can do anything but follow
+  their light; they are taken out and go through the stretch as the pixels of a marker do.
 """
 
 from __future__ import annotations
@@ -16,113 +17,175 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.camera.motion import Floats
-from bicode_lab.camera.pixel_steps import F4, F8, I8, MOST_LANES, U4, fast_exp, fire_stretch, most_events, noise_key
+from bicode_lab.camera.pixel_steps import (
+    F4,
+    F8,
+    I8,
+    MOST_LANES,
+    MOST_TIME_CONSTANTS,
+    U4,
+    U8,
+    fast_exp,
+    fire_stretch,
+    most_events,
+    noise_from,
+    noise_key,
+)
 from bicode_lab.camera.sensor import NOISE_REACH
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
+SIDE_BY_SIDE = 512  # pixels; a whole number of wide instructions
+# Columns of the pixels awake in one array, at distances that the compiler knows (see `pixel_steps`).
+DISTANCE = SIDE_BY_SIDE + 24
+X, Y, LEVEL, REFERENCE, FREE, ON, OFF, RIGHT, DOWN, SEEN, LIGHT, RATE, AIM, BUSY = (k * DISTANCE for k in range(14))
+COLUMNS = 14
 
 Flags = npt.NDArray[np.bool_]
 
 
 @nb.njit(cache=True, error_model="numpy")
-def find_places(
-    shape: tuple[int, int], h: Floats, y: int, columns: F8, many: int, at: I8, right: F8, down: F8, seen: F8
-) -> None:
-    """The first `many` pixels of a list of a row's columns in; the point of the wall that each looks at out.
+def find_places(shape: tuple[int, int], h: Floats, many: int, lanes: F8, at: I8) -> None:
+    """The first `many` pixels, their `X` and `Y`, in; the point of the wall that each looks at out.
 
-    `at` is filled with its number in the repeated image, `right` and `down` with how far the place looked
-    at is from it, 0 .. 1, `seen` with 1, or 0 where the wall is not on the line of sight.
+    `at` is filled with its number in the repeated image, `RIGHT` and `DOWN` with how far the place looked
+    at is from it, 0 .. 1, `SEEN` with 1, or 0 where the wall is not on the line of sight.
     """
     n_rows, n_columns = float(shape[0] - 2), float(shape[1] - 2)
     per_row, per_column, stride = 1.0 / n_rows, 1.0 / n_columns, shape[1]
-    w0, u0, v0 = h[2, 1] * y + h[2, 2], h[0, 1] * y + h[0, 2], h[1, 1] * y + h[1, 2]
-    w1, u1, v1 = h[2, 0], h[0, 0], h[1, 0]
+    w0, w1, w2 = h[2, 0], h[2, 1], h[2, 2]
+    u0, u1, u2 = h[0, 0], h[0, 1], h[0, 2]
+    v0, v1, v2 = h[1, 0], h[1, 1], h[1, 2]
     for i in range(many):
-        x = columns[i]
-        w = w1 * x + w0
-        seen[i] = 1.0 if w >= NEAREST_HORIZON else 0.0
+        x, y = lanes[X + i], lanes[Y + i]
+        w = w0 * x + (w1 * y + w2)
+        lanes[SEEN + i] = 1.0 if w >= NEAREST_HORIZON else 0.0
         near = max(w, NEAREST_HORIZON)
-        u, v = (u1 * x + u0) / near, (v1 * x + v0) / near
+        u, v = (u0 * x + (u1 * y + u2)) / near, (v0 * x + (v1 * y + v2)) / near
         column, row = np.floor(u), np.floor(v)
-        right[i], down[i] = u - column, v - row
+        lanes[RIGHT + i], lanes[DOWN + i] = u - column, v - row
         column -= n_columns * np.floor(column * per_column)
         row -= n_rows * np.floor(row * per_row)
         at[i] = np.int64(row * stride + column)
 
 
 @nb.njit(cache=True, error_model="numpy")
-def read_places(image: F4, many: int, at: I8, right: F8, down: F8, seen: F8, base: float, light: F8) -> None:
-    """What `find_places` found in; `light` is filled with `base` and the image between its four nearest points.
+def read_places(image: F4, many: int, lanes: F8, at: I8, base: float) -> None:
+    """What `find_places` found in; `LIGHT` is filled with `base` and the image between its four nearest points.
 
     The image is repeated without end: it comes with its first two rows and columns once more behind its last.
     """
     flat, stride = image.ravel(), image.shape[1]
     for i in range(many):
         k = np.uint64(at[i])
-        upper = flat[k] * (1 - right[i]) + flat[k + np.uint64(1)] * right[i]
+        right, down = lanes[RIGHT + i], lanes[DOWN + i]
+        upper = flat[k] * (1 - right) + flat[k + np.uint64(1)] * right
         k += np.uint64(stride)
-        lower = flat[k] * (1 - right[i]) + flat[k + np.uint64(1)] * right[i]
-        light[i] = base + seen[i] * (upper * (1 - down[i]) + lower * down[i])
+        lower = flat[k] * (1 - right) + flat[k + np.uint64(1)] * right
+        lanes[LIGHT + i] = base + lanes[SEEN + i] * (upper * (1 - down) + lower * down)
 
 
 @nb.njit(cache=True, error_model="numpy")
-def sample_row(image: F4, h: Floats, y: int, columns: F8, many: int, base: float, light: F8, room: F8) -> None:
-    """The first `many` pixels of a list of a row's columns in; `light` is filled with `base` and the wall there.
-
-    `room`, shape (4, width or more), is for what lies between.
-    """
-    at = room[3].view(np.int64)
-    find_places(image.shape, h, y, columns, many, at, room[0], room[1], room[2])
-    read_places(image, many, at, room[0], room[1], room[2], base, light)
+def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
+    """Pixels in; `base` and the image that a homography finds at each out."""
+    light = np.empty(x.size, np.float32)
+    lanes, at = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64)
+    for lead in range(0, x.size, SIDE_BY_SIDE):
+        many = min(SIDE_BY_SIDE, x.size - lead)
+        for i in range(many):
+            lanes[X + i], lanes[Y + i] = x[lead + i], y[lead + i]
+        find_places(image.shape, h, many, lanes, at)
+        read_places(image, many, lanes, at, base)
+        for i in range(many):
+            light[lead + i] = lanes[LIGHT + i]
+    return light
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _wake_row(
-    y: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
-    before: Floats, middle: Floats, start_us: float, margin: float,
-    level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4, columns: F8, light: F8, room: F8,
+def _wake(
+    lead: int, many: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4,
+    log_ambient: float, before: Floats, middle: Floats, start_us: float, margin: float, level: F4, reference: F4,
+    free_us: F8, threshold_on: F4, threshold_off: F4, awake: I8, waiting: int, lanes: F8, at: I8,
 ) -> int:  # fmt: skip
-    """Put a row's pixels to sleep or wake them; `columns` is filled with those awake, their number comes back."""
-    for x in range(width):
-        columns[x] = x
-    at = room[3].view(np.int64)
-    find_places(lowest.shape, middle, y, columns, width, at, room[0], room[1], room[2])
-    least, most = lowest.ravel(), highest.ravel()
-    many, woken = 0, 0
-    for x in range(width):
-        pixel, place = y * width + x, np.uint64(at[x])
-        ref = reference[pixel] - log_ambient
-        up, down = threshold_on[pixel] - margin, threshold_off[pixel] - margin
-        is_calm = most[place] - ref < up and ref - least[place] < down
-        if is_calm and room[2, x] > 0 and (asleep[pixel] or free_us[pixel] <= start_us):
-            asleep[pixel] = not taken[pixel]
-            continue
-        if taken[pixel]:
-            asleep[pixel] = False
-            continue
-        columns[many] = x
-        many += 1
-        if asleep[pixel]:
-            columns[width + woken] = x
-            woken += 1
-            asleep[pixel] = False
+    """Put `many` pixels from `lead` on to sleep or wake them; those awake are added to a list of `waiting` ones."""
+    for i in range(many):
+        lanes[Y + i] = np.floor((lead + i + 0.5) / width)
+        lanes[X + i] = lead + i - width * lanes[Y + i]
+    find_places(lowest.shape, middle, many, lanes, at)
+    of, least, most, woken = slice(lead, lead + many), lowest.ravel(), highest.ravel(), 0
+    on, off, ref, free, rests, lit = (
+        threshold_on[of], threshold_off[of], reference[of], free_us[of], asleep[of], taken[of]
+    )  # fmt: skip
+    for i in range(many):
+        lanes[LEVEL + i], lanes[LIGHT + i] = least[np.uint64(at[i])], most[np.uint64(at[i])]
+    for i in range(many):
+        lanes[ON + i], lanes[OFF + i], lanes[REFERENCE + i] = on[i] - margin, off[i] - margin, ref[i] - log_ambient
+    for i in range(many):
+        rises = lanes[LIGHT + i] - lanes[REFERENCE + i] >= lanes[ON + i]
+        falls = lanes[REFERENCE + i] - lanes[LEVEL + i] >= lanes[OFF + i]
+        lanes[BUSY + i] = 1.0 if rises | falls | (lanes[SEEN + i] == 0.0) else 0.0
+    for i in range(many):
+        is_up = ((lanes[BUSY + i] != 0.0) | ((not rests[i]) & (free[i] > start_us))) & (not lit[i])
+        awake[waiting], at[woken] = lead + i, i
+        waiting += is_up
+        woken += is_up & rests[i]
+        rests[i] = not (is_up | lit[i])
     if woken:
-        sample_row(image, before, y, columns[width:], woken, log_ambient, light, room)
-        for i in range(woken):
-            level[y * width + int(columns[width + i])] = light[i]
-    return many
+        for j in range(woken):
+            lanes[X + j], lanes[Y + j], lanes[BUSY + j] = lanes[X + at[j]], lanes[Y + at[j]], lead + at[j]
+        find_places(image.shape, before, woken, lanes, at)
+        read_places(image, woken, lanes, at, log_ambient)
+        for j in range(woken):
+            level[int(lanes[BUSY + j])] = lanes[LIGHT + j]
+    return waiting
 
 
 @nb.njit(cache=True, error_model="numpy")
-def settle(index: npt.NDArray[np.int32], width: int, asleep: Flags, image: F4, before: Floats, log_ambient: float,
-           level: F4) -> None:  # fmt: skip
-    """Places on the sensor in; those asleep get the level that they have."""
-    column, light, room = np.empty(1), np.empty(1), np.empty((4, 1))
-    for at in index:
-        if asleep[at]:
-            column[0] = at % width
-            sample_row(image, before, at // width, column, 1, log_ambient, light, room)
-            level[at] = light[0]
+def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: float, tau_us: float,
+            lanes: F8, turn: I8) -> int:  # fmt: skip
+    """The first `many` pixels through one stretch, in which they see `LIGHT`, as if none could fire.
+
+    `turn` is filled with those that may, which are left as they were, or are in reset; their number comes back.
+    """
+    took, n = end - start, 0
+    for i in range(many):
+        lanes[RATE + i] = fast_exp(lanes[LIGHT + i]) / tau_us
+    for i in range(many):
+        lanes[AIM + i] = lanes[LIGHT + i] + noise * noise_from(keys[i], moment)
+    for i in range(many):
+        aim, rest = lanes[AIM + i], fast_exp(min(took * lanes[RATE + i], MOST_TIME_CONSTANTS))
+        off = lanes[REFERENCE + i] - aim
+        is_free = (lanes[FREE + i] <= start) & (off >= -lanes[ON + i]) & (off <= lanes[OFF + i])
+        lanes[BUSY + i] = 0.0 if is_free else 1.0
+        lanes[LEVEL + i] = aim + (lanes[LEVEL + i] - aim) / rest if is_free else lanes[LEVEL + i]
+    for i in range(many):
+        turn[n] = i
+        n += lanes[BUSY + i] != 0.0
+    return n
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _fire(
+    n: int, turn: I8, start: float, end: float, keys: U8, moment: int, noise: float, dead: float,
+    delay_on: float, delay_off: float, awake: I8, lanes: F8, room: F8, pixels: U4, times: F8, count: int,
+) -> int:  # fmt: skip
+    """The `n` pixels that `_follow` has listed through their stretch, as pixels before a marker go through theirs."""
+    columns = room[: 14 * SIDE_BY_SIDE].reshape(14, SIDE_BY_SIDE)
+    light, rate, v, ref, free, on, off = columns[5:12]
+    few_keys, places = columns[12].view(np.uint64), columns[13].view(np.int64)
+    for j in range(n):
+        i = turn[j]
+        few_keys[j], places[j] = keys[i], awake[i]
+        light[j], rate[j] = lanes[LIGHT + i], lanes[RATE + i]
+        v[j], ref[j], free[j] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
+        on[j], off[j] = lanes[ON + i], lanes[OFF + i]
+    count = fire_stretch(
+        n, start, end, few_keys, moment, noise, light, rate, v, ref, free, on, off, dead, delay_on, delay_off,
+        places, columns, room[14 * SIDE_BY_SIDE :], pixels, times, count,
+    )  # fmt: skip
+    for j in range(n):
+        i = turn[j]
+        lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i] = v[j], ref[j], free[j]
+    return count
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -133,16 +196,16 @@ def fire_wall_pixels(
     seed: np.uint64, noise: float, tau_us: float, dead: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Every pixel that no marker lights, row by row, through a span of time in which the camera moves.
+    """Every pixel that no marker lights through a span of time in which the camera moves.
 
-    Parameters as for `sensor.fire_lit_pixels`, but `first` and what comes back count rows, and
+    Parameters as for `sensor.fire_lit_pixels`, and
 
     taken : ndarray of bool, shape (height * width,)
         Pixels that a marker lights; they are left out.
     asleep : ndarray of bool, shape (height * width,)
         Pixels whose level is the light they had last.
     image : ndarray, shape (rows + 2, columns + 2)
-        Log reflectance of the wall, see `sample_row`.
+        Log reflectance of the wall, see `read_places`.
     lowest, highest : ndarray, shape (rows, columns)
         Extremes of it around each point, as far as a pixel's path through the span leads from its middle.
     log_ambient : float
@@ -152,37 +215,41 @@ def fire_wall_pixels(
     from_pixels : ndarray, shape (stretches, 3, 3)
         The homography to the wall's points in each stretch.
     """
-    stretches = edges.size - 1
-    most = most_events(edges, dead)
-    room, lanes = np.empty((13, width)), np.empty(7 * MOST_LANES)
-    light, rate, v, ref, free, on, off = room[6:]
-    columns, keys, places = np.empty(2 * width), np.empty(width, np.uint64), np.empty(width, np.int64)
-    for y in range(first, taken.size // width):
-        many = _wake_row(
-            y, width, taken, asleep, image, lowest, highest, log_ambient, before, from_pixels[stretches // 2],
-            edges[0], NOISE_REACH * noise, level, reference, free_us, threshold_on, threshold_off, columns, light, room,
-        )  # fmt: skip
-        if count + many * most > pixels.size:
-            return y, count
-        for i in range(many):
-            at = y * width + int(columns[i])
-            places[i], keys[i] = at, noise_key(seed, at)
-            v[i], ref[i], free[i], on[i], off[i] = (
-                level[at],
-                reference[at],
-                free_us[at],
-                threshold_on[at],
-                threshold_off[at],
-            )
-        for k in range(stretches):
-            sample_row(image, from_pixels[k], y, columns, many, log_ambient, light, room)
-            for i in range(many):
-                rate[i] = fast_exp(light[i]) / tau_us
-            count = fire_stretch(
-                many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
-                dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
+    most, stretches, margin = most_events(edges, dead), from_pixels.shape[0], NOISE_REACH * noise
+    lanes, at, turn = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64), np.empty(SIDE_BY_SIDE, np.int64)
+    keys, fire_room = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(14 * SIDE_BY_SIDE + 7 * MOST_LANES)
+    awake, waiting, lead = np.empty(2 * SIDE_BY_SIDE, np.int64), 0, first
+    while lead < taken.size or waiting:
+        has_room = count + (waiting + SIDE_BY_SIDE) * most <= pixels.size
+        if not has_room and not waiting:
+            return lead, count
+        if has_room and lead < taken.size and waiting < SIDE_BY_SIDE:
+            many = min(SIDE_BY_SIDE, taken.size - lead)
+            waiting = _wake(
+                lead, many, width, taken, asleep, image, lowest, highest, log_ambient, before,
+                from_pixels[stretches // 2], edges[0], margin, level, reference, free_us, threshold_on, threshold_off,
+                awake, waiting, lanes, at,
             )  # fmt: skip
+            lead += many
+            continue
+        many = min(waiting, SIDE_BY_SIDE)
         for i in range(many):
-            at = places[i]
-            level[at], reference[at], free_us[at] = v[i], ref[i], free[i]
-    return taken.size // width, count
+            p = awake[i]
+            keys[i], lanes[X + i], lanes[Y + i] = noise_key(seed, p), p % width, p // width
+            lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i] = level[p], reference[p], free_us[p]
+            lanes[ON + i], lanes[OFF + i] = threshold_on[p], threshold_off[p]
+        for k in range(stretches):
+            find_places(image.shape, from_pixels[k], many, lanes, at)
+            read_places(image, many, lanes, at, log_ambient)
+            n = _follow(many, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
+            if n:
+                count = _fire(
+                    n, turn, edges[k], edges[k + 1], keys, moments[k], noise, dead, delay_on, delay_off, awake, lanes,
+                    fire_room, pixels, times, count,
+                )  # fmt: skip
+        for i in range(many):
+            p = awake[i]
+            level[p], reference[p], free_us[p] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
+        waiting -= many
+        awake[:waiting] = awake[many : many + waiting]
+    return lead, count

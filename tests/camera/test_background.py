@@ -154,7 +154,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
                     edges, moments, np.zeros((stretches, 1), np.float32), np.arange(stretches, dtype=np.int32),
                     *memory, *settings, pixels, times, 0,
                 )  # fmt: skip
-            assert done == (SMALL.height if kind == "wall" else n)
+            assert done == n
             events.append(np.stack([pixels[:count], times[:count]]))
         events = np.concatenate(events, axis=1)
         found.append(events[:, np.lexsort((events[1], events[0]))])
@@ -166,6 +166,36 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
     if noise == 0 and wall_events.shape == lit_events.shape:
         np.testing.assert_array_equal(wall_events[0], lit_events[0])
         assert np.median(np.abs(wall_events[1] - lit_events[1])) < 0.1
+
+
+def test_wall_pixels_that_run_out_of_room_go_on_where_they_ended():
+    wall, n = noisy_wall(5), SMALL.width * SMALL.height
+    model = PixelModel()
+    poses = [Pose(position_m=np.array([0.25 * PIXEL_M * k, 0, 0])) for k in range(20)]
+    views = np.stack([wall.from_pixels(pose, SMALL) for pose in poses])
+    edges = np.linspace(0, 4_000, 21)
+    signal = np.exp(wall.log_reflectance(views[0], 0, 0, SMALL.width, SMALL.height)).ravel()
+    found = []
+    for room in (1 << 20, 70_000):  # a few hundred pixels that may fire 6 times in each of 20 stretches
+        state = start_pixels(signal, model, np.random.default_rng(0))
+        memory = (state.level, state.reference, state.free_us, state.threshold_on, state.threshold_off)
+        taken, asleep, done, calls, events = np.zeros(n, bool), np.zeros(n, bool), 0, 0, []
+        while done < n:
+            pixels, times = np.empty(room, np.uint32), np.empty(room)
+            done, count = fire_wall_pixels(
+                done, SMALL.width, taken, asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0, views[0], views,
+                edges, np.round(edges[:-1] * 16).astype(np.int64), *memory,
+                np.uint64(99), 0.05, 150.0, 50.0, 20.0, 30.0, pixels, times, 0,
+            )  # fmt: skip
+            calls += 1
+            events.append(np.stack([pixels[:count], times[:count]]))
+        events = np.concatenate(events, axis=1)
+        found.append((events[:, np.lexsort(events)], state.level, asleep, calls))
+    np.testing.assert_array_equal(found[0][0], found[1][0])
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+    np.testing.assert_array_equal(found[0][2], found[1][2])
+    assert found[0][0].shape[1] > 100
+    assert found[1][3] > found[0][3]
 
 
 def test_a_ramp_of_light_makes_the_events_that_fit_into_it():
