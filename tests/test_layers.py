@@ -16,12 +16,13 @@ MODULES = sorted(set(PACKAGE.rglob("*.py")) - FIRMWARE)
 KNOWS = {
     "constants": set(),
     "events": set(),
+    "event_codes": {"events"},
     "paper": set(),
     "recordings": {"events", "paper"},
     "marker": {"events", "paper"},
     "workshop": {"paper", "marker"},
     "camera": {"constants", "events", "paper", "marker"},
-    "recognition": {"events", "paper", "marker"},
+    "recognition": {"events", "event_codes", "paper", "marker"},
     "soft": {"events", "paper", "marker", "recognition"},
     "evaluation": {"constants", "events", "paper", "recordings", "marker", "camera", "recognition", "soft"},
     "plots": {"events", "paper", "marker", "camera", "recognition", "evaluation"},
@@ -134,7 +135,7 @@ def test_only_lab_knows_notebooks_and_the_command_line(path):
 
 @each_module
 def test_the_core_does_without_pictures_and_files(path):
-    if part_of(path) in (*CORE, "events", "paper"):
+    if part_of(path) in (*CORE, "events", "event_codes", "paper"):
         used = NOT_IN_THE_CORE & {module.split(".")[0] for module, _ in imports_of(path)}
         assert not used, f"marker, camera and recognition do without {used}"
 
@@ -159,7 +160,7 @@ def test_marker_camera_and_recognition_can_be_imported_without_the_rest(tmp_path
     core = tmp_path / "bicode_lab"
     core.mkdir()
     (core / "__init__.py").touch()
-    for name in ("events.py", "paper.py", "constants.py", "constants.csv"):
+    for name in ("events.py", "event_codes.py", "paper.py", "constants.py", "constants.csv"):
         if (PACKAGE / name).exists():
             shutil.copy(PACKAGE / name, core)
     for part in CORE:

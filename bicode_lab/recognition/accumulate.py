@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from bicode_lab.event_codes import ONE, CodedEvents, EventCoder
 from bicode_lab.events import Events, no_events
 from bicode_lab.recognition.settings import FRAME_RULES, FrameRule
 
@@ -25,7 +26,7 @@ Frame = npt.NDArray[np.int8]
 """A 3-valued frame, shape (height, width), values -1, 0, +1."""
 
 
-def accumulate(events: Events, width: int, height: int, rule: FrameRule = "sum") -> Frame:
+def accumulate(events: Events | CodedEvents, width: int, height: int, rule: FrameRule = "sum") -> Frame:
     """The events of one delta_t in, the 3-valued frame out (Fig. 3).
 
     Parameters
@@ -50,18 +51,17 @@ def accumulate(events: Events, width: int, height: int, rule: FrameRule = "sum")
     """
     if rule not in FRAME_RULES:
         raise ValueError(f"rule={rule!r} is not known; choose one of {FRAME_RULES}")
+    coded = EventCoder(width, height)(events)
     if rule == "sum":
         total = np.zeros((height, width), np.int32)
-        outside = _add_polarities(events, total)
-        frame = np.sign(total).astype(np.int8)
-    else:
-        frame = np.zeros((height, width), np.int8)
-        outside = _keep_last(events, frame, rule == "any")
-    _refuse_outside(outside, events, width, height)
-    return frame
+        _add(coded.codes[: coded.events.size], -1, total.ravel())
+        return np.sign(total).astype(np.int8)
+    frame = np.zeros((height, width), np.int8)
+    _keep_last(coded.codes[: coded.events.size], frame.ravel())
+    return np.abs(frame) if rule == "any" else frame
 
 
-def count_events(events: Events, width: int, height: int) -> npt.NDArray[np.int32]:
+def count_events(events: Events | CodedEvents, width: int, height: int) -> npt.NDArray[np.int32]:
     """The events of one delta_t in, how many each pixel made out, shape (height, width).
 
     Examples
@@ -71,7 +71,8 @@ def count_events(events: Events, width: int, height: int) -> npt.NDArray[np.int3
     array([[2, 0, 1]], dtype=int32)
     """
     count = np.zeros((height, width), np.int32)
-    _refuse_outside(_count(events, count), events, width, height)
+    coded = EventCoder(width, height)(events)
+    _add(coded.codes[: coded.events.size], 1, count.ravel())
     return count
 
 
@@ -160,49 +161,17 @@ def _join(pieces: list[Events]) -> Events:
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
-def _refuse_outside(outside: int, events: Events, width: int, height: int) -> None:
-    """Speak up where events lay outside the sensor."""
-    if outside:
-        raise ValueError(
-            f"{outside} of {events.size} events lie outside the {width} x {height} px sensor "
-            f"(largest x {events['x'].max()}, y {events['y'].max()}); give the recording's width and height"
-        )
+@njit(cache=True)
+def _add(codes, off, total):  # type: ignore[no-untyped-def]
+    """Add 1 at the pixel of each ON event, and `off` at that of each OFF event."""
+    for i in range(codes.size):
+        code = np.uint64(codes[i])
+        total[code >> ONE] += 1 if code & ONE else off
 
 
 @njit(cache=True)
-def _add_polarities(events, total):  # type: ignore[no-untyped-def]
-    height, width = total.shape
-    outside = 0
-    for i in range(events.size):
-        x, y = events[i]["x"], events[i]["y"]
-        if x >= width or y >= height:
-            outside += 1
-        else:
-            total[y, x] += 1 if events[i]["p"] > 0 else -1
-    return outside
-
-
-@njit(cache=True)
-def _keep_last(events, frame, only_whether):  # type: ignore[no-untyped-def]
-    height, width = frame.shape
-    outside = 0
-    for i in range(events.size):
-        x, y = events[i]["x"], events[i]["y"]
-        if x >= width or y >= height:
-            outside += 1
-        else:
-            frame[y, x] = 1 if only_whether or events[i]["p"] > 0 else -1
-    return outside
-
-
-@njit(cache=True)
-def _count(events, count):  # type: ignore[no-untyped-def]
-    height, width = count.shape
-    outside = 0
-    for i in range(events.size):
-        x, y = events[i]["x"], events[i]["y"]
-        if x >= width or y >= height:
-            outside += 1
-        else:
-            count[y, x] += 1
-    return outside
+def _keep_last(codes, frame):  # type: ignore[no-untyped-def]
+    """Set each event's pixel to its polarity."""
+    for i in range(codes.size):
+        code = np.uint64(codes[i])
+        frame[code >> ONE] = 1 if code & ONE else -1

@@ -14,14 +14,11 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.events import Events, slice_time, words
+from bicode_lab.event_codes import CodedEvents, EventCoder
+from bicode_lab.events import Events
 
 Counts = npt.NDArray[np.int32]
-NO_BOX = -1
-OFFSET = 32768  # a pixel's sum of polarities is stored above this, next to its bin
-MOST_BINS = 32_000  # whose numbers fit into the upper half of a 32 bit word
-ONE_OFF = 1 << 32
-LOW_16 = np.uint64(0xFFFF)
+ONE = np.uint64(1)
 
 
 class LedCounter:
@@ -34,13 +31,13 @@ class LedCounter:
     """
 
     def __init__(self, width: int, height: int) -> None:
-        self._box_of = np.full((height, width), NO_BOX, np.int16)
-        self._sums = np.zeros((height, width), np.int32)
-        self._stamp = 1
+        self._coder = EventCoder(width, height)
+        self._box_of: dict[type, npt.NDArray[np.unsignedinteger]] = {}
+        self._sums = np.zeros(height * width, np.int16)
 
     def __call__(
         self,
-        events: Events,
+        events: Events | CodedEvents,
         boxes: Sequence[Sequence[int]],
         start_us: int,
         n_bins: int,
@@ -66,23 +63,25 @@ class LedCounter:
         -------
         n_on, n_off : ndarray of int32, shape (len(boxes), n_bins)
         """
-        slices = [_inside(box) for box in boxes]
+        coded = self._coder(events)
+        box_of, slices = self._numbers(len(boxes)), [_inside(box) for box in boxes]
         for number in range(len(boxes) - 1, -1, -1):
-            self._box_of[slices[number]] = number
+            box_of[slices[number]] = number
+        cuts = coded.cuts(start_us + np.arange(n_bins + 1, dtype=np.int64) * delta_t_id_us)
         counts = np.zeros((len(boxes), n_bins), np.int64)
-        for first in range(0, n_bins, MOST_BINS):
-            part = counts[:, first : first + MOST_BINS]
-            if self._stamp + part.shape[1] > MOST_BINS:
-                self._sums[:] = 0
-                self._stamp = 1
-            begin_us = start_us + first * delta_t_id_us
-            end_us = begin_us + part.shape[1] * delta_t_id_us
-            here = words(slice_time(events, begin_us, end_us))
-            _count(here, self._box_of, self._sums, self._stamp, begin_us, delta_t_id_us, part, count == "events")
-            self._stamp += part.shape[1]
+        none = box_of.dtype.type(np.iinfo(box_of.dtype).max)
+        _count(coded.codes, cuts, box_of.ravel(), none, self._sums, counts, count == "events")
         for part_of_sensor in slices:
-            self._box_of[part_of_sensor] = NO_BOX
+            box_of[part_of_sensor] = none
         return (counts & 0xFFFFFFFF).astype(np.int32), (counts >> 32).astype(np.int32)
+
+    def _numbers(self, n_boxes: int) -> npt.NDArray[np.unsignedinteger]:
+        """How many boxes there are in; the box of each pixel, none so far, out: a byte while that is enough."""
+        kind = np.uint8 if n_boxes < np.iinfo(np.uint8).max else np.uint32
+        if kind not in self._box_of:
+            shape = self._coder.height, self._coder.width
+            self._box_of[kind] = np.full(shape, np.iinfo(kind).max, kind)
+        return self._box_of[kind]
 
 
 def count_on_off(
@@ -173,40 +172,31 @@ def _inside(box: Sequence[int]) -> tuple[slice, slice]:
 
 
 @njit(cache=True)
-def _count(events, box_of, sums, stamp, start_us, delta_t_id_us, counts, whole):  # type: ignore[no-untyped-def]
-    """Count as the events come: a pixel joins or leaves a side when its sum in the bin crosses 0.
+def _count(codes, cuts, box_of, none, sums, counts, whole):  # type: ignore[no-untyped-def]
+    """ON and OFF of each box and bin, as two halves of a word, ON in the lower.
 
-    `events` are words, see `events.words`, all of them inside the bins. A count is two in one word, ON in
-    the lower half; a pixel's sum stands in `sums` above OFFSET, under the number of its bin.
+    `codes` are of `event_codes`, bin k is codes[cuts[k]:cuts[k + 1]], `none` the number of no box. What lies in
+    a box is put side by side, without a branch that would be guessed wrong; then two passes over that: add up,
+    and look once at each sum.
     """
-    height, width = box_of.shape
-    boxes, held_sums = box_of.ravel(), sums.ravel()
+    most = max(cuts[1:] - cuts[:-1]) if cuts.size > 1 else 0
+    inside, box = np.empty(most, np.uint32), np.empty(most, box_of.dtype)
     here = np.zeros(counts.shape[0], np.int64)  # of this bin
-    k, end_us, bin_word = 0, start_us + delta_t_id_us, np.int64(stamp) << 16
-    for i in range(events.shape[0]):
-        if events[i, 1] >= end_us:
-            counts[:, k] += here
-            here[:] = 0
-            k = (events[i, 1] - start_us) // delta_t_id_us
-            end_us = start_us + (k + 1) * delta_t_id_us
-            bin_word = np.int64(stamp + k) << 16
-        word = np.uint64(events[i, 0])
-        x, y = word & LOW_16, (word >> np.uint64(16)) & LOW_16
-        if x >= np.uint64(width) or y >= np.uint64(height):
-            continue
-        pixel = y * np.uint64(width) + x
-        box = boxes[pixel]
-        if box < 0:
-            continue
-        is_on = np.int64((word >> np.uint64(32)) & np.uint64(1))
-        if whole:
-            here[box] += 1 if is_on else ONE_OFF
-            continue
-        held = np.int64(held_sums[pixel]) - bin_word  # below 0 where it is of a bin before
-        old = held - OFFSET if held >= 0 else 0
-        new = old + 2 * is_on - 1
-        held_sums[pixel] = np.int32(bin_word + new + OFFSET)
-        leaves, joins = np.int64(old > 0) + ONE_OFF * np.int64(old < 0), np.int64(new > 0) + ONE_OFF * np.int64(new < 0)
-        here[box] += joins - leaves
-    if counts.shape[1] > 0:
-        counts[:, k] += here
+    for k in range(counts.shape[1]):
+        part = codes[cuts[k] : cuts[k + 1]]
+        n = 0
+        for i in range(part.size):
+            number = box_of[np.uint64(part[i]) >> ONE]
+            inside[n], box[n] = part[i], number
+            n += number != none
+        if not whole:
+            for j in range(n):
+                code = np.uint64(inside[j])
+                sums[code >> ONE] += np.int16(2 * np.int64(code & ONE) - 1)
+        here[:] = 0
+        for j in range(n):
+            code = np.uint64(inside[j])
+            held = np.int64(2 * np.int64(code & ONE) - 1) if whole else np.int64(sums[code >> ONE])
+            here[np.uint64(box[j])] += np.int64(held > 0) + (np.int64(held < 0) << 32)
+            sums[code >> ONE] = 0  # a pixel counts once
+        counts[:, k] = here

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.event_codes import CodedEvents
 from bicode_lab.events import Events
 from bicode_lab.marker.board import Glow, aruco_dictionary, square_corners_m
 from bicode_lab.recognition.accumulate import accumulate, count_events
@@ -59,7 +60,7 @@ class Marker2d:
         return int(x0), int(y0), int(x1 - x0 + 1), int(y1 - y0 + 1)
 
 
-def frame_2d(events: Events, settings: ReceiverSettings) -> npt.NDArray[np.int8] | npt.NDArray[np.int32]:
+def frame_2d(events: Events | CodedEvents, settings: ReceiverSettings) -> npt.NDArray[np.int8] | npt.NDArray[np.int32]:
     """The events of delta_t_2D in, the frame by the setting's rule out, shape (height, width)."""
     if settings.frame_rule_2d == "count":
         return count_events(events, settings.width, settings.height)

@@ -18,7 +18,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bicode_lab.events import Events, slice_time
+from bicode_lab.event_codes import CodedEvents, EventCoder
+from bicode_lab.events import Events
 from bicode_lab.marker.board import aruco_dictionary
 from bicode_lab.marker.manchester import Convention
 from bicode_lab.recognition.accumulate import cut
@@ -58,6 +59,7 @@ class Receiver:
     def __init__(self, settings: ReceiverSettings, t0_us: int = 0) -> None:
         self.settings = settings
         self.t0_us = t0_us
+        self._coder = EventCoder(settings.width, settings.height)
         self._finder = RegionFinder(settings)
         self._counter = LedCounter(settings.width, settings.height)
         self._tracker = Tracker(settings.max_age, settings.min_iou)
@@ -77,8 +79,9 @@ class Receiver:
         period = (start_us - self.t0_us) // s.delta_t_whole_us
         self._tracker.skip(period - self._next_period)
         self._next_period = period + 1
-        regions = self._finder(events, start_us)
-        markers = self._find_markers(events, start_us)
+        coded = self._coder(events)
+        regions = self._finder(coded, start_us)
+        markers = self._find_markers(coded, start_us)
         boxes = lend_boxes(
             [(r.x, r.y, r.w, r.h) for r in regions],
             [marker.box(s.glow, self._n_cells) for marker in markers],
@@ -87,7 +90,7 @@ class Receiver:
         tracks = self._tracker.update([box for box, _ in boxes])
         alive = {track.number for track in self._tracker.tracks}
         self._memories = {number: memory for number, memory in self._memories.items() if number in alive}
-        counts = self._count(events, [box for box, _ in boxes], start_us)
+        counts = self._count(coded, [box for box, _ in boxes], start_us)
         sightings = []
         for (box, which), track, n_on, n_off in zip(boxes, tracks, *counts, strict=True):
             memory = self._memories.setdefault(track.number, _Memory())
@@ -95,18 +98,18 @@ class Receiver:
             sightings.append(self._sighting(period, track.number, box, marker, memory, n_on, n_off))
         return sightings
 
-    def _find_markers(self, events: Events, start_us: int) -> list[Marker2d]:
+    def _find_markers(self, events: CodedEvents, start_us: int) -> list[Marker2d]:
         """Boxes a, b and c."""
         s = self.settings
         if not s.detect_2d:
             return []
-        return find_marker_2d(frame_2d(slice_time(events, start_us, start_us + s.delta_t_2d_us), s), s)
+        return find_marker_2d(frame_2d(events.between(start_us, start_us + s.delta_t_2d_us), s), s)
 
     def _first_bin(self, period: int) -> int:
         """Number of the delta_t_ID bin, counted from t0, in which a period starts."""
         return period * self.settings.delta_t_whole_us // self.settings.delta_t_id_us
 
-    def _count(self, events: Events, boxes: list[Box], start_us: int) -> tuple[Counts, Counts]:
+    def _count(self, events: CodedEvents, boxes: list[Box], start_us: int) -> tuple[Counts, Counts]:
         """ON and OFF counts of each box in the bins, counted from t0, that the period touches."""
         s = self.settings
         period = (start_us - self.t0_us) // s.delta_t_whole_us

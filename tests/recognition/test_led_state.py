@@ -57,6 +57,18 @@ def test_boxes_over_the_sensors_edge_and_overlapping_ones() -> None:
     assert (n_on + n_off).sum(axis=1).tolist() == [inside.sum(), second.sum()]
 
 
+def test_more_boxes_than_a_byte_can_number() -> None:
+    events = noise(40, 30, 3000.0, 0, 5000, np.random.default_rng(5))
+    boxes = [(x, y, 1, 1) for y in range(30) for x in range(40)]
+    counter = LedCounter(40, 30)
+    n_on, n_off = counter(events, boxes, 0, 20, 250)
+    for k in range(20):
+        frame = accumulate(slice_time(events, 250 * k, 250 * (k + 1)), 40, 30).ravel()
+        assert (n_on[:, k].tolist(), n_off[:, k].tolist()) == ((frame > 0).tolist(), (frame < 0).tolist())
+    few = counter(events, boxes[:2], 0, 20, 250)  # the same memory, few boxes again
+    np.testing.assert_array_equal(few, (n_on[:2], n_off[:2]))
+
+
 @given(lead=st.lists(st.integers(-3, 3), max_size=40), before=st.integers(0, 1))
 def test_state_follows_the_larger_side_and_holds_between(lead: list[int], before: int) -> None:
     n_on, n_off = np.maximum(lead, 0) + 1, np.maximum(np.negative(lead), 0) + 1

@@ -1,0 +1,91 @@
+"""Fig. 2 f: pixels that look like a blinker become boxes.   kept pixels -> opened -> components -> merged
+
+All of it walks lists of kept pixels, of which there are few; no picture is looked through.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-def]
+    """Kept pixels in, those that lie in a full square of kept ones stay first in the list; their number out."""
+    stays = np.zeros(kept.size, np.bool_)
+    for i in range(kept.size):
+        y, x = kept[i] // width, kept[i] % width
+        for y0 in range(max(y - side + 1, 0), min(y, height - side) + 1):
+            for x0 in range(max(x - side + 1, 0), min(x, width - side) + 1):
+                full = True
+                for ny in range(y0, y0 + side):
+                    for nx in range(x0, x0 + side):
+                        full &= votes[ny * width + nx] > 0
+                if full:
+                    stays[i] = True
+    n_kept = 0
+    for i in range(kept.size):
+        if stays[i]:
+            kept[n_kept] = kept[i]
+            n_kept += 1
+        else:
+            votes[kept[i]] = 0
+    return n_kept
+
+
+@njit(cache=True)
+def components(kept, votes, width, height, reach, stack):  # type: ignore[no-untyped-def]
+    """Kept pixels in; x0 y0 x1 y1 pixels votes of each group of pixels no more than `reach` apart out.
+
+    Empties `votes` on the way, which serves as the mark of a pixel not yet in a group.
+    """
+    boxes = np.empty((kept.size, 6), np.int64)
+    n_boxes = 0
+    for i in range(kept.size):
+        if votes[kept[i]] == 0:
+            continue
+        x0, y0, x1, y1, n_pixels, n_votes = width, height, 0, 0, 0, 0
+        stack[0] = kept[i]
+        n_votes += votes[kept[i]]
+        votes[kept[i]] = 0
+        n_stack = 1
+        while n_stack:
+            n_stack -= 1
+            y, x = stack[n_stack] // width, stack[n_stack] % width
+            n_pixels += 1
+            x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
+            for ny in range(max(y - reach, 0), min(y + reach + 1, height)):
+                for neighbour in range(ny * width + max(x - reach, 0), ny * width + min(x + reach + 1, width)):
+                    if votes[neighbour]:
+                        n_votes += votes[neighbour]
+                        votes[neighbour] = 0
+                        stack[n_stack] = neighbour
+                        n_stack += 1
+        boxes[n_boxes] = (x0, y0, x1, y1, n_pixels, n_votes)
+        n_boxes += 1
+    return boxes[:n_boxes]
+
+
+@njit(cache=True)
+def merge_overlapping(boxes):  # type: ignore[no-untyped-def]
+    """Boxes as x0 y0 x1 y1 pixels votes in; those that overlap joined, until none do, out."""
+    merged = boxes.copy()
+    n = merged.shape[0]
+    i = 0
+    while i < n:
+        grown = False
+        j = i + 1
+        while j < n:
+            a, b = merged[i], merged[j]
+            if a[0] <= b[2] and b[0] <= a[2] and a[1] <= b[3] and b[1] <= a[3]:
+                a[0], a[1] = min(a[0], b[0]), min(a[1], b[1])
+                a[2], a[3] = max(a[2], b[2]), max(a[3], b[3])
+                a[4] += b[4]
+                a[5] += b[5]
+                n -= 1
+                merged[j] = merged[n]
+                grown = True
+            else:
+                j += 1
+        i = 0 if grown else i + 1
+    return merged[:n]
