@@ -96,7 +96,6 @@ def _begin(
                 rest[i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
     n = 0
     for i in range(many):
-        turn[n] = i
         n += ((ref_off[i] < -on[i]) | (ref_off[i] > off[i])) & (free[i] < end)
     if 2 * n > many:  # it takes longer to pick most than to take all
         n = many
@@ -106,6 +105,10 @@ def _begin(
             lanes[ON + i], lanes[OFF + i] = on[i], off[i]
             lanes[KEPT + i] = fast_exp(-dead * rate[i]) if free[i] < end else 0.0
     else:
+        n = 0
+        for i in range(many):
+            turn[n] = i
+            n += ((ref_off[i] < -on[i]) | (ref_off[i] > off[i])) & (free[i] < end)
         for j in range(n):
             i = turn[j]
             lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j] = off_aim[i], ref_off[i], rest[i]
@@ -122,32 +125,33 @@ def _cross_once(n: int, turn: I8, lanes: F8, pixels: U4, times: F8, count: int) 
     """The next crossing of each of the first `n` lanes, where it has one; how many lanes may have more, and events.
 
     `pixels` and `times` get, of each, twice its number and the polarity, and the share of the way to the aim
-    that is left. A lane that has no more is marked by a `KEPT` of 0.
+    that is left, below 0 for OFF. A lane that has no more is marked by a `KEPT` of 0.
     """
     more = 0
     for j in range(n):
         ref_off, off_aim, rest, kept = lanes[REF_OFF + j], lanes[OFF_AIM + j], lanes[REST + j], lanes[KEPT + j]
+        on, off = lanes[ON + j], lanes[OFF + j]
         rises = ref_off < 0.0
-        short = ref_off + lanes[ON + j] if rises else ref_off - lanes[OFF + j]
+        short = ref_off + on if rises else ref_off - off
         share = short / off_aim
         is_ahead = (share > 0.0) & (share < 1.0)  # else the level is there already
         share = share if is_ahead else 1.0
-        reached = short if is_ahead else off_aim
         after = rest * share  # what is left of the stretch then
-        fires = (short < 0.0 if rises else short > 0.0) & (after > 1.0) & (kept > 0.0)
+        fires = ((short if rises else -short) < 0.0) & (after > 1.0) & (kept > 0.0)
         again = fires & (after * kept > 1.0)  # its reset ends before the stretch does
+        reached = (short if is_ahead else off_aim) if fires else off_aim
+        released = kept if again else 1.0
         lanes[SHARE + j] = (share if rises else -share) if fires else 0.0
-        lanes[OFF_AIM + j] = (reached * kept if again else reached) if fires else off_aim
-        lanes[REST + j] = (after * kept if again else after) if fires else rest
-        ref_off = reached * kept if again else ref_off
+        lanes[OFF_AIM + j] = reached * released
+        lanes[REST + j] = (after if fires else rest) * released
+        ref_off = reached * released if again else ref_off
         lanes[REF_OFF + j] = ref_off
-        again &= (ref_off + lanes[ON + j] < 0.0) | (ref_off - lanes[OFF + j] > 0.0)
+        again &= (ref_off < -on) | (ref_off > off)
         lanes[KEPT + j] = kept if again else 0.0
         more += again
     for j in range(n):
         share = lanes[SHARE + j]
-        pixels[count] = np.uint32(2 * turn[j] + (share > 0.0))
-        times[count] = abs(share)
+        pixels[count], times[count] = np.uint32(2 * turn[j] + (share > 0.0)), share
         count += share != 0.0
     return more, count
 
@@ -199,7 +203,7 @@ def fire_stretch(
         off_aim[i], ref_off[i], rest[i] = lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j]
     who, when = pixels[first:count], times[first:count]  # counted from 0, or no wide instructions
     for j in range(when.size):
-        when[j] = fast_log(when[j])
+        when[j] = fast_log(abs(when[j]))
     for j in range(when.size):
         i, rises = who[j] >> 1, who[j] & 1
         crossing = free[i] - when[j] / rate[i]

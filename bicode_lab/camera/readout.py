@@ -74,29 +74,70 @@ class ReadoutQueue:
         """
         out = events if in_place else np.empty(events.size, EVENT_DTYPE)
         r = self._readout
-        kept = int(
-            _read_rows(words(events), words(out), self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s,
-                       r.buffer_events)
-        )  # fmt: skip
+        rates = (r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s, r.buffer_events)
+        calm = int(_count_calm(words(events), self._state, *rates))
+        if not in_place:
+            out[:calm] = events[:calm]
+        kept = int(_read_rows(words(events), words(out), calm, self._state, *rates))
         self.lost += events.size - kept
         return out[:kept]
 
 
 @nb.njit(cache=True)
-def _read_rows(
+def _count_calm(
     events: npt.NDArray[np.int64],
-    out: npt.NDArray[np.int64],
     state: npt.NDArray[np.float64],
     row_us: float,
     event_us: float,
     drain: float,
     room: int,
 ) -> int:
-    """Events' words in, those that the buffer can hold out with the time they are read at, and their number."""
+    """How many of the events, from the first on, `_read_rows` would pass on as they are and forget.
+
+    All but those of the last microsecond, where no microsecond has more than are read and carried away before
+    the next one, and than have waited for each other already; else none.
+    """
+    n = int(events.shape[0])
+    if n == 0 or row_us > 0.0 or state[0] > events[0, 1]:
+        return 0
+    if state[1] > (events[0, 1] - state[2]) * drain:
+        return 0
+    step = event_us + events[n - 1, 1] * 2.3e-16  # sums of times are rounded
+    few = int(min(float(min(n, room)), 0.99 / step, 0.99 * drain / (1 + step * drain), 0.99 * state[3] / step + 1))
+    if few < 1:
+        return 0
+    first, after = events[: n - few, 1], events[few:, 1]
+    for lead in range(0, first.size, 1024):
+        crowded = 0
+        for i in range(lead, min(lead + 1024, first.size)):
+            crowded += first[i] == after[i]
+        if crowded:
+            return 0
+    last = n - 1
+    while last > 0 and events[last - 1, 1] == events[n - 1, 1]:
+        last -= 1
+    return last
+
+
+@nb.njit(cache=True)
+def _read_rows(
+    events: npt.NDArray[np.int64],
+    out: npt.NDArray[np.int64],
+    first: int,
+    state: npt.NDArray[np.float64],
+    row_us: float,
+    event_us: float,
+    drain: float,
+    room: int,
+) -> int:
+    """Events' words from number `first` on in; those that the buffer can hold, with the time they are read at, out.
+
+    What comes back is the number of events in `out`, those before the first included.
+    """
     free, held, held_at, longest = state[0], state[1], state[2], state[3]
-    kept = 0
+    kept = first
     last_row, last_t = -1, -1
-    for i in range(events.shape[0]):
+    for i in range(first, events.shape[0]):
         t, row = events[i, 1], (events[i, 0] >> 16) & 0xFFFF
         start = max(float(t), free)
         longest = max(longest, start - t)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
+import numpy.typing as npt
 
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MOST_LANES, U4, fast_log, fire_stretch, most_events, noise_key
 from bicode_lab.constants import constant
@@ -115,6 +116,31 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
 
 
 @nb.njit(cache=True, error_model="numpy")
+def _shine(
+    ambient: F4, glow: F4, levels: F4, lead: int, many: int, tau_us: float, signal: F8, light: F8, rate: F8
+) -> None:  # fmt: skip
+    """Fill in the signal of `many` pixels from number `lead` on, its logarithm, how fast a level goes there [1/us]."""
+    ambient = ambient[lead : lead + many]
+    for i in range(many):
+        signal[i] = ambient[i]
+    for m in range(levels.size):
+        lit = glow[m, lead : lead + many]
+        for i in range(many):
+            signal[i] += float(lit[i]) * float(levels[m])
+    for i in range(many):
+        light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _seen_before(maps: I4, levels: F4) -> npt.NDArray[np.bool_]:
+    """Maps and levels of stretches in, whether each has the light of the last but one out: LEDs go to and fro."""
+    seen = np.zeros(maps.size, np.bool_)
+    for k in range(2, maps.size):
+        seen[k] = maps[k] == maps[k - 2] and (levels[k] == levels[k - 2]).all()
+    return seen
+
+
+@nb.njit(cache=True, error_model="numpy")
 def fire_lit_pixels(
     first: int, index: I4, ambient: F4, glow: F4, edges: F8, moments: I8, levels: F4, maps: I4,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
@@ -152,10 +178,11 @@ def fire_lit_pixels(
     next_pixel, count : int
         ``next_pixel == n`` once all are done.
     """
-    stretches, markers = levels.shape
+    stretches = maps.size
     most = most_events(edges, dead)
-    room, lanes = np.empty((14, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
+    room, lanes = np.empty((13, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
     signal, light, rate, v, ref, free, on, off = (
+        room[5],
         room[6],
         room[7],
         room[8],
@@ -163,8 +190,9 @@ def fire_lit_pixels(
         room[10],
         room[11],
         room[12],
-        room[13],
     )
+    seen = np.empty((2, 2, SIDE_BY_SIDE))  # light and rate of the last two stretches
+    again = _seen_before(maps, levels)
     keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(first, index.size, SIDE_BY_SIDE):
         many = min(SIDE_BY_SIDE, index.size - lead)
@@ -181,13 +209,12 @@ def fire_lit_pixels(
                 threshold_off[at],
             )
         for k in range(stretches):
+            shone = seen[k % 2]
+            if not again[k]:
+                m = maps[k]
+                _shine(ambient[m], glow[m], levels[k], lead, many, tau_us, signal, shone[0], shone[1])
             for i in range(many):
-                signal[i] = ambient[maps[k], lead + i]
-            for m in range(markers):
-                for i in range(many):
-                    signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
-            for i in range(many):
-                light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
+                light[i], rate[i] = shone[0, i], shone[1, i]
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
                 dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
