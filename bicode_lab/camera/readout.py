@@ -13,7 +13,7 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.events import EVENT_DTYPE, Events, words
+from bicode_lab.events import Events, words
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +72,12 @@ class ReadoutQueue:
 
         It may be written over the chunk that was given, where that is nobody else's: `in_place`.
         """
-        out = events if in_place else np.empty(events.size, EVENT_DTYPE)
+        out = events if in_place else events.copy()
         r = self._readout
-        rates = (r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s, r.buffer_events)
-        calm = int(_count_calm(words(events), self._state, *rates))
-        if not in_place:
-            out[:calm] = events[:calm]
-        kept = int(_read_rows(words(events), words(out), calm, self._state, *rates))
+        kept = int(
+            _read_rows(words(events), words(out), self._state, r.row_us, 1 / r.peak_mev_per_s, r.sustained_mev_per_s,
+                       r.buffer_events)
+        )  # fmt: skip
         self.lost += events.size - kept
         return out[:kept]
 
@@ -97,47 +96,35 @@ def _count_calm(
     All but those of the last microsecond, where no microsecond has more than are read and carried away before
     the next one, and than have waited for each other already; else none.
     """
-    n = int(events.shape[0])
-    if n == 0 or row_us > 0.0 or state[0] > events[0, 1]:
+    t, n = events[:, 1], events.shape[0]
+    if n == 0 or row_us > 0.0 or state[0] > t[0] or state[1] > (t[0] - state[2]) * drain:
         return 0
-    if state[1] > (events[0, 1] - state[2]) * drain:
-        return 0
-    step = event_us + events[n - 1, 1] * 2.3e-16  # sums of times are rounded
+    step = event_us + t[-1] * 2.3e-16  # sums of times are rounded
     few = int(min(float(min(n, room)), 0.99 / step, 0.99 * drain / (1 + step * drain), 0.99 * state[3] / step + 1))
-    if few < 1:
-        return 0
-    first, after = events[: n - few, 1], events[few:, 1]
-    for lead in range(0, first.size, 1024):
-        crowded = 0
-        for i in range(lead, min(lead + 1024, first.size)):
-            crowded += first[i] == after[i]
-        if crowded:
-            return 0
-    last = n - 1
-    while last > 0 and events[last - 1, 1] == events[n - 1, 1]:
-        last -= 1
-    return last
+    first, after, crowded = t[: n - few], t[few:], 0
+    for i in range(first.size):
+        crowded += first[i] == after[i]
+    return 0 if crowded else int(np.searchsorted(t, t[-1]))
 
 
 @nb.njit(cache=True)
 def _read_rows(
     events: npt.NDArray[np.int64],
     out: npt.NDArray[np.int64],
-    first: int,
     state: npt.NDArray[np.float64],
     row_us: float,
     event_us: float,
     drain: float,
     room: int,
 ) -> int:
-    """Events' words from number `first` on in; those that the buffer can hold, with the time they are read at, out.
+    """Events' words in, those that the buffer can hold out with the time they are read at, and their number.
 
-    What comes back is the number of events in `out`, those before the first included.
+    `out` comes with a copy of the events, or is the same.
     """
     free, held, held_at, longest = state[0], state[1], state[2], state[3]
-    kept = first
+    kept = calm = _count_calm(events, state, row_us, event_us, drain, room)
     last_row, last_t = -1, -1
-    for i in range(first, events.shape[0]):
+    for i in range(calm, events.shape[0]):
         t, row = events[i, 1], (events[i, 0] >> 16) & 0xFFFF
         start = max(float(t), free)
         longest = max(longest, start - t)

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
-import numpy.typing as npt
 
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MOST_LANES, U4, fast_log, fire_stretch, most_events, noise_key
 from bicode_lab.constants import constant
@@ -74,10 +73,8 @@ class PixelModel:
                 raise ValueError(f"{name}={getattr(self, name)} is below {SMALLEST_THRESHOLD}; real ones are above 0.1")
         if not self.time_constant_us > 0:
             raise ValueError(f"time_constant_us={self.time_constant_us} is not possible; choose more than 0")
-        for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us"):
-            if not getattr(self, name) >= 0:
-                raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
-        for name in ("background_hz", "hot_pixels", "hot_pixel_hz"):
+        for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us", "background_hz",
+                     "hot_pixels", "hot_pixel_hz"):  # fmt: skip
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
         if not 0 <= self.background_off_share <= 1:
@@ -113,31 +110,6 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
     on = np.maximum(spread[0] + np.float32(model.threshold_on), np.float32(SMALLEST_THRESHOLD))
     off = np.maximum(spread[1] + np.float32(model.threshold_off), np.float32(SMALLEST_THRESHOLD))
     return PixelState(level, level.copy(), np.full(signal.size, -1e18), on, off)
-
-
-@nb.njit(cache=True, error_model="numpy")
-def _shine(
-    ambient: F4, glow: F4, levels: F4, lead: int, many: int, tau_us: float, signal: F8, light: F8, rate: F8
-) -> None:  # fmt: skip
-    """Fill in the signal of `many` pixels from number `lead` on, its logarithm, how fast a level goes there [1/us]."""
-    ambient = ambient[lead : lead + many]
-    for i in range(many):
-        signal[i] = ambient[i]
-    for m in range(levels.size):
-        lit = glow[m, lead : lead + many]
-        for i in range(many):
-            signal[i] += float(lit[i]) * float(levels[m])
-    for i in range(many):
-        light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
-
-
-@nb.njit(cache=True, error_model="numpy")
-def _seen_before(maps: I4, levels: F4) -> npt.NDArray[np.bool_]:
-    """Maps and levels of stretches in, whether each has the light of the last but one out: LEDs go to and fro."""
-    seen = np.zeros(maps.size, np.bool_)
-    for k in range(2, maps.size):
-        seen[k] = maps[k] == maps[k - 2] and (levels[k] == levels[k - 2]).all()
-    return seen
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -178,21 +150,14 @@ def fire_lit_pixels(
     next_pixel, count : int
         ``next_pixel == n`` once all are done.
     """
-    stretches = maps.size
+    stretches, markers = levels.shape
     most = most_events(edges, dead)
-    room, lanes = np.empty((13, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
-    signal, light, rate, v, ref, free, on, off = (
-        room[5],
-        room[6],
-        room[7],
-        room[8],
-        room[9],
-        room[10],
-        room[11],
-        room[12],
-    )
-    seen = np.empty((2, 2, SIDE_BY_SIDE))  # light and rate of the last two stretches
-    again = _seen_before(maps, levels)
+    room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
+    signal, light, rate, v, ref, free, on, off = (  # taken apart at once, no loop over them would be wide
+        room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8]
+    )  # fmt: skip
+    shone = np.empty((4, SIDE_BY_SIDE))  # light and rate of the last two stretches: an LED goes to and fro
+    is_new = np.abs(maps[2:] - maps[:-2]) + np.abs(levels[2:] - levels[:-2]).sum(1) > 0
     keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(first, index.size, SIDE_BY_SIDE):
         many = min(SIDE_BY_SIDE, index.size - lead)
@@ -209,12 +174,17 @@ def fire_lit_pixels(
                 threshold_off[at],
             )
         for k in range(stretches):
-            shone = seen[k % 2]
-            if not again[k]:
-                m = maps[k]
-                _shine(ambient[m], glow[m], levels[k], lead, many, tau_us, signal, shone[0], shone[1])
+            held = 2 * (k % 2)
+            if k < 2 or is_new[k - 2]:
+                for i in range(many):
+                    signal[i] = ambient[maps[k], lead + i]
+                for m in range(markers):
+                    for i in range(many):
+                        signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
+                for i in range(many):
+                    shone[held, i], shone[held + 1, i] = fast_log(signal[i]), signal[i] / tau_us
             for i in range(many):
-                light[i], rate[i] = shone[0, i], shone[1, i]
+                light[i], rate[i] = shone[held, i], shone[held + 1, i]
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
                 dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
