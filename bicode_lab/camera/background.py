@@ -71,8 +71,8 @@ class Wall:
         if (rows, columns) not in self._extremes:
             around, wide = np.ones((rows, columns), np.uint8), [(rows // 2, rows // 2), (columns // 2, columns // 2)]
             image, inner = np.pad(self.log_image, wide, mode="wrap"), tuple(slice(n, -n) for n, _ in wide)
-            lowest, highest = cv2.erode(image, around)[inner], cv2.dilate(image, around)[inner]
-            self._extremes[rows, columns] = _repeated(lowest), _repeated(highest)
+            found = cv2.erode(image, around), cv2.dilate(image, around)
+            self._extremes[rows, columns] = _repeated(found[0][inner]), _repeated(found[1][inner])
         return self._extremes[rows, columns]
 
     def from_pixels(self, camera: Pose, optics: Optics) -> Floats:

@@ -169,9 +169,7 @@ def read_template(template: Template, pose: Pose, optics: Optics, box: Box) -> t
     to_pixels = plate_homography(pose, optics) @ np.linalg.inv(template.to_template)
     to_pixels = np.array([[1, 0, -box.x0], [0, 1, -box.y0], [0, 0, 1.0]]) @ to_pixels
     size = (box.x1 - box.x0, box.y1 - box.y0)
-    flags = cv2.INTER_LINEAR
-    glow = cv2.warpPerspective(template.glow, to_pixels, size, flags=flags)
-    mask = cv2.warpPerspective(template.mask, to_pixels, size, flags=flags)
+    glow, mask = (cv2.warpPerspective(drawn, to_pixels, size) for drawn in (template.glow, template.mask))
     return np.asarray(glow, np.float32), np.asarray(mask, np.float32)
 
 

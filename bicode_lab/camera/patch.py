@@ -20,6 +20,7 @@ from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import ambient_signal, led_signal
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8
 from bicode_lab.camera.sensor import NOISE_REACH, PixelModel, PixelState
+from bicode_lab.camera.wall_pixels import look_up
 from bicode_lab.marker import Marker
 
 if TYPE_CHECKING:
@@ -101,19 +102,19 @@ class Patch:
         steps, shape = len(poses[0]), (box.y1 - box.y0, box.x1 - box.x0)
         ambient: F4 = np.empty((steps, *shape), np.float32)
         glow: F4 = np.empty((steps, len(plates), *shape), np.float32)
+        rows, columns = np.mgrid[box.y0 : box.y1, box.x0 : box.x1]
+        x, y = columns.ravel().astype(np.float64), rows.ravel().astype(np.float64)
         for s in range(steps):
             ambient[s] = np.float32(np.exp(log_ambient))
             if wall is not None:
-                ambient[s] *= np.exp(wall.log_reflectance(views[s], box.x0, box.y0, box.x1, box.y1))
+                ambient[s] *= np.exp(look_up(wall.repeated, views[s], 0.0, x, y)).reshape(shape)
             for m, plate in enumerate(plates):
                 lit, mask = plate.image(poses[m][s], box)
                 ambient[s] += mask * (plate.dark_signal - ambient[s])
                 np.multiply(lit, plate.full_signal, out=glow[s, m])
         ambient, glow = ambient.reshape(steps, -1), glow.reshape(steps, len(plates), -1)
-        rows, columns = np.mgrid[box.y0 : box.y1, box.x0 : box.x1]
-        width = plates[0].sensor_width
         return cls(
-            index=(rows * width + columns).ravel().astype(np.int32),
+            index=(rows * plates[0].sensor_width + columns).ravel().astype(np.int32),
             ambient=ambient,
             glow=glow,
             lowest=np.log(ambient.min(0)),
@@ -125,8 +126,9 @@ class Patch:
     def awake(self, state: PixelState, model: PixelModel) -> Patch:
         """The patch of those pixels only that can reach a threshold; the others settle on their signal."""
         margin = np.float32(NOISE_REACH * model.noise)
-        memory = (state.reference, state.threshold_on, state.threshold_off)
-        reference, on, off = (column.take(self.index) for column in memory)
+        reference, on, off = (
+            column.take(self.index) for column in (state.reference, state.threshold_on, state.threshold_off)
+        )
         can_fire = (self.highest - reference > on - margin) | (reference - self.lowest > off - margin)
         asleep, chosen = np.flatnonzero(~can_fire), np.flatnonzero(can_fire)
         state.level[self.index.take(asleep)] = self.last.take(asleep)

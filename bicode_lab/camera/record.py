@@ -25,6 +25,7 @@ CHUNK_US = 10_000
 STEP_PX = 0.25  # what moves is drawn again after this way
 STEPS_A_SPAN = 20  # memory, and a way short enough for the tiles of a wall: so many drawings are held at once
 ROOM = 1 << 20
+FORGET = 10.0  # time constants after which a pixel's level no longer tells of its past
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +113,7 @@ class Recorder:
         self._plates += [LampImage(lamp, scene) for lamp in scene.lamps]
         self._state = self._settled_pixels()
         self._asleep = np.zeros(self._state.level.size, bool)
-        self._last_view = np.eye(3)
+        self._before = (np.empty((0, 3, 3)), np.empty(0), np.empty(0, np.int64))
         self._hot = self._pick_hot_pixels()
         self._boxes: list[Box] = []
         self._patches: list[Patch] | None = None
@@ -206,10 +207,8 @@ class Recorder:
         """Pixels that were asleep before the wall are to be lit: they get the level they have."""
         wall, index = self.scene.wall, patch.index[self._asleep[patch.index]]
         if wall is not None and index.size:
-            y, x = np.divmod(index, self.scene.optics.width)
-            self._state.level[index] = look_up(
-                wall.repeated, self._last_view, self._log_ambient(), x.astype(float), y.astype(float)
-            )
+            x, y = (part.astype(float) for part in (index % self.scene.optics.width, index // self.scene.optics.width))
+            self._state.level[index] = look_up(wall.repeated, self._before[0][-1], self._log_ambient(), x, y)
 
     def _expose_wall(self, wall: Wall, cuts: npt.NDArray[np.float64], patches: list[Patch]) -> None:
         """Run the pixels that nothing lights through the span."""
@@ -220,9 +219,11 @@ class Recorder:
         views = np.stack([self._wall_view(t * 1e-6) for t in (cuts[:-1] + cuts[1:]) / 2])
         moments = np.round(cuts[:-1] * 16).astype(np.int64)
         seen = (optics.width, taken, self._asleep, wall.repeated, *wall.extremes(views, optics), self._log_ambient(),
-                self._last_view, views, cuts, moments)  # fmt: skip
+                self._before, views, cuts, moments)  # fmt: skip
         self._run(fire_wall_pixels, taken.size, seen)
-        self._last_view = views[-1]
+        tau_us = self.scene.pixel_model.time_constant_us / np.exp(self._log_ambient())
+        k = max(int(np.searchsorted(cuts, cuts[-1] - FORGET * tau_us, side="right")) - 1, 0)
+        self._before = (views[k:], cuts[k:], moments[k:])
 
     def _draw(self, cuts: npt.NDArray[np.float64]) -> list[Patch]:
         """The plates' images at every step of a span, those that share pixels together."""

@@ -73,8 +73,10 @@ class PixelModel:
                 raise ValueError(f"{name}={getattr(self, name)} is below {SMALLEST_THRESHOLD}; real ones are above 0.1")
         if not self.time_constant_us > 0:
             raise ValueError(f"time_constant_us={self.time_constant_us} is not possible; choose more than 0")
-        for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us", "background_hz",
-                     "hot_pixels", "hot_pixel_hz"):  # fmt: skip
+        for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us"):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
+        for name in ("background_hz", "hot_pixels", "hot_pixel_hz"):
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
         if not 0 <= self.background_off_share <= 1:
@@ -152,12 +154,17 @@ def fire_lit_pixels(
     """
     stretches, markers = levels.shape
     most = most_events(edges, dead)
-    room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
-    signal, light, rate, v, ref, free, on, off = (  # taken apart at once, no loop over them would be wide
-        room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8]
-    )  # fmt: skip
-    shone = np.empty((4, SIDE_BY_SIDE))  # light and rate of the last two stretches: an LED goes to and fro
-    is_new = np.abs(maps[2:] - maps[:-2]) + np.abs(levels[2:] - levels[:-2]).sum(1) > 0
+    room, lanes = np.empty((14, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
+    signal, light, rate, v, ref, free, on, off = (
+        room[6],
+        room[7],
+        room[8],
+        room[9],
+        room[10],
+        room[11],
+        room[12],
+        room[13],
+    )
     keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(first, index.size, SIDE_BY_SIDE):
         many = min(SIDE_BY_SIDE, index.size - lead)
@@ -174,17 +181,13 @@ def fire_lit_pixels(
                 threshold_off[at],
             )
         for k in range(stretches):
-            held = 2 * (k % 2)
-            if k < 2 or is_new[k - 2]:
-                for i in range(many):
-                    signal[i] = ambient[maps[k], lead + i]
-                for m in range(markers):
-                    for i in range(many):
-                        signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
-                for i in range(many):
-                    shone[held, i], shone[held + 1, i] = fast_log(signal[i]), signal[i] / tau_us
             for i in range(many):
-                light[i], rate[i] = shone[held, i], shone[held + 1, i]
+                signal[i] = ambient[maps[k], lead + i]
+            for m in range(markers):
+                for i in range(many):
+                    signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
+            for i in range(many):
+                light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
                 dead, delay_on, delay_off, places, room, lanes, pixels, times, count,

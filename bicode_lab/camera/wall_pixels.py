@@ -2,8 +2,8 @@
 
 They answer to light as all pixels do. What is done for speed, and changes nothing else:
 
-- A pixel is left asleep through a span where no point of the texture that it passes can bring it to
-  a threshold. Asleep, its level is its light; that is looked up when it wakes.
+- A pixel is left asleep through a span where no point of the texture that it passes, with the most noise
+  that it gets there, can bring it to a threshold. Its level is made up for when it wakes.
 - The pixels that are awake go through a stretch side by side: light, noise and low-pass are loops
   without a branch, which the compiler makes of wide instructions (see `pixel_steps`).
 - Only those few whose aim is beyond a threshold, or that are in reset, can do anything but follow
@@ -34,6 +34,7 @@ from bicode_lab.camera.pixel_steps import (
 from bicode_lab.camera.sensor import NOISE_REACH
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
+ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel that comes so near to its threshold is followed
 SIDE_BY_SIDE = 512  # pixels; a whole number of wide instructions
 # Columns of the pixels awake in one array, at distances that the compiler knows (see `pixel_steps`).
 DISTANCE = SIDE_BY_SIDE + 24
@@ -52,9 +53,8 @@ def find_places(shape: tuple[int, int], h: Floats, many: int, lanes: F8, at: I8)
     """
     n_rows, n_columns = float(shape[0] - 2), float(shape[1] - 2)
     per_row, per_column, stride = 1.0 / n_rows, 1.0 / n_columns, shape[1]
+    u0, u1, u2, v0, v1, v2 = h[0, 0], h[0, 1], h[0, 2], h[1, 0], h[1, 1], h[1, 2]
     w0, w1, w2 = h[2, 0], h[2, 1], h[2, 2]
-    u0, u1, u2 = h[0, 0], h[0, 1], h[0, 2]
-    v0, v1, v2 = h[1, 0], h[1, 1], h[1, 2]
     for i in range(many):
         x, y = lanes[X + i], lanes[Y + i]
         w = w0 * x + (w1 * y + w2)
@@ -102,41 +102,49 @@ def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
 
 @nb.njit(cache=True, error_model="numpy")
 def _wake(
-    lead: int, many: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4,
-    log_ambient: float, before: Floats, middle: Floats, start_us: float, margin: float, level: F4, reference: F4,
-    free_us: F8, threshold_on: F4, threshold_off: F4, awake: I8, waiting: int, lanes: F8, at: I8,
-) -> int:  # fmt: skip
-    """Put `many` pixels from `lead` on to sleep or wake them; those awake are added to a list of `waiting` ones."""
+    lead: int, many: int, width: int, taken: Flags, asleep: Flags, lowest: F4, highest: F4, log_ambient: float,
+    middle: Floats, start_us: float, moments: I8, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
+    seed: np.uint64, noise: float, awake: I8, waiting: int, lanes: F8, at: I8, keys: U8,
+) -> tuple[int, int]:  # fmt: skip
+    """Put `many` pixels from `lead` on to sleep or wake them; those awake are added to a list of `waiting` ones.
+
+    How many wait then comes back, and how many of the new ones were asleep; those are listed in `at`.
+    """
     for i in range(many):
-        lanes[Y + i] = np.floor((lead + i + 0.5) / width)
-        lanes[X + i] = lead + i - width * lanes[Y + i]
+        y = np.floor((lead + i + 0.5) / width)
+        lanes[X + i], lanes[Y + i] = lead + i - width * y, y
     find_places(lowest.shape, middle, many, lanes, at)
-    of, least, most, woken = slice(lead, lead + many), lowest.ravel(), highest.ravel(), 0
-    on, off, ref, free, rests, lit = (
-        threshold_on[of], threshold_off[of], reference[of], free_us[of], asleep[of], taken[of]
-    )  # fmt: skip
+    of, least, most, n, woken = slice(lead, lead + many), lowest.ravel(), highest.ravel(), 0, 0
+    on, off, ref, free, lit = threshold_on[of], threshold_off[of], reference[of], free_us[of], taken[of]
     for i in range(many):
-        lanes[LEVEL + i], lanes[LIGHT + i] = least[np.uint64(at[i])], most[np.uint64(at[i])]
+        k = np.uint64(at[i])
+        lanes[LEVEL + i], lanes[LIGHT + i], lanes[REFERENCE + i] = least[k], most[k], ref[i] - log_ambient
+    for i in range(many):  # how far noise may go up and down; not at all in reset, or where the wall is not in view
+        can_rest = (lanes[SEEN + i] > 0.0) & (free[i] <= start_us)
+        lanes[ON + i] = on[i] - (lanes[LIGHT + i] - lanes[REFERENCE + i]) - ROUNDING if can_rest else -1.0
+        lanes[OFF + i] = off[i] - (lanes[REFERENCE + i] - lanes[LEVEL + i]) - ROUNDING
     for i in range(many):
-        lanes[ON + i], lanes[OFF + i], lanes[REFERENCE + i] = on[i] - margin, off[i] - margin, ref[i] - log_ambient
+        lanes[BUSY + i] = 0.0 if lit[i] | (min(lanes[ON + i], lanes[OFF + i]) > NOISE_REACH * noise) else 1.0
     for i in range(many):
-        rises = lanes[LIGHT + i] - lanes[REFERENCE + i] >= lanes[ON + i]
-        falls = lanes[REFERENCE + i] - lanes[LEVEL + i] >= lanes[OFF + i]
-        lanes[BUSY + i] = 1.0 if rises | falls | (lanes[SEEN + i] == 0.0) else 0.0
+        asleep[lead + i] = asleep[lead + i] if lanes[BUSY + i] > 0.0 else not lit[i]
     for i in range(many):
-        is_up = ((lanes[BUSY + i] != 0.0) | ((not rests[i]) & (free[i] > start_us))) & (not lit[i])
-        awake[waiting], at[woken] = lead + i, i
+        at[n] = i
+        n += lanes[BUSY + i] > 0.0
+    for j in range(n):
+        i, lanes[AIM + j], lanes[RATE + j] = at[j], 0.0, 0.0
+        keys[j], lanes[RIGHT + j], lanes[DOWN + j] = noise_key(seed, lead + i), lanes[ON + i], lanes[OFF + i]
+    for moment in moments:
+        for j in range(n):
+            z = noise_from(keys[j], moment)
+            lanes[AIM + j], lanes[RATE + j] = max(lanes[AIM + j], z), min(lanes[RATE + j], z)
+    for j in range(n):
+        p = lead + at[j]
+        is_up = (noise * lanes[AIM + j] > lanes[RIGHT + j]) | (-noise * lanes[RATE + j] > lanes[DOWN + j])
+        awake[waiting], at[woken] = p, p
         waiting += is_up
-        woken += is_up & rests[i]
-        rests[i] = not (is_up | lit[i])
-    if woken:
-        for j in range(woken):
-            lanes[X + j], lanes[Y + j], lanes[BUSY + j] = lanes[X + at[j]], lanes[Y + at[j]], lead + at[j]
-        find_places(image.shape, before, woken, lanes, at)
-        read_places(image, woken, lanes, at, log_ambient)
-        for j in range(woken):
-            level[int(lanes[BUSY + j])] = lanes[LIGHT + j]
-    return waiting
+        woken += is_up & asleep[p]
+        asleep[p] = not is_up
+    return waiting, woken
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -149,18 +157,36 @@ def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: f
     took, n = end - start, 0
     for i in range(many):
         lanes[RATE + i] = fast_exp(lanes[LIGHT + i]) / tau_us
-    for i in range(many):
         lanes[AIM + i] = lanes[LIGHT + i] + noise * noise_from(keys[i], moment)
     for i in range(many):
         aim, rest = lanes[AIM + i], fast_exp(min(took * lanes[RATE + i], MOST_TIME_CONSTANTS))
-        off = lanes[REFERENCE + i] - aim
-        is_free = (lanes[FREE + i] <= start) & (off >= -lanes[ON + i]) & (off <= lanes[OFF + i])
+        way = aim - lanes[REFERENCE + i]
+        is_free = (lanes[FREE + i] <= start) & (way <= lanes[ON + i]) & (-way <= lanes[OFF + i])
         lanes[BUSY + i] = 0.0 if is_free else 1.0
         lanes[LEVEL + i] = aim + (lanes[LEVEL + i] - aim) / rest if is_free else lanes[LEVEL + i]
     for i in range(many):
         turn[n] = i
         n += lanes[BUSY + i] != 0.0
     return n
+
+
+@nb.njit(cache=True, error_model="numpy")
+def _catch_up(
+    woken: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, edges: F8, moments: I8,
+    seed: np.uint64, noise: float, tau_us: float, lanes: F8, at: I8, keys: U8, turn: I8, level: F4,
+) -> None:  # fmt: skip
+    """Pixels in `at` that have slept: their level is what the last stretches before this span have made it."""
+    for j in range(woken):
+        keys[j], lanes[X + j], lanes[Y + j] = noise_key(seed, at[j]), at[j] % width, at[j] // width
+        lanes[REFERENCE + j], lanes[FREE + j], lanes[ON + j], lanes[OFF + j] = at[j], -np.inf, np.inf, np.inf
+    for k in range(moments.size):
+        find_places(image.shape, from_pixels[k], woken, lanes, at)
+        read_places(image, woken, lanes, at, log_ambient)
+        if k == 0:
+            lanes[LEVEL : LEVEL + woken] = lanes[LIGHT : LIGHT + woken]
+        _follow(woken, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
+    for j in range(woken):
+        level[int(lanes[REFERENCE + j])] = lanes[LEVEL + j]
 
 
 @nb.njit(cache=True, error_model="numpy")
@@ -174,8 +200,7 @@ def _fire(
     few_keys, places = columns[12].view(np.uint64), columns[13].view(np.int64)
     for j in range(n):
         i = turn[j]
-        few_keys[j], places[j] = keys[i], awake[i]
-        light[j], rate[j] = lanes[LIGHT + i], lanes[RATE + i]
+        few_keys[j], places[j], light[j], rate[j] = keys[i], awake[i], lanes[LIGHT + i], lanes[RATE + i]
         v[j], ref[j], free[j] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
         on[j], off[j] = lanes[ON + i], lanes[OFF + i]
     count = fire_stretch(
@@ -191,7 +216,7 @@ def _fire(
 @nb.njit(cache=True, error_model="numpy")
 def fire_wall_pixels(
     first: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
-    before: Floats, from_pixels: Floats, edges: F8, moments: I8,
+    before: tuple[Floats, F8, I8], from_pixels: Floats, edges: F8, moments: I8,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
     seed: np.uint64, noise: float, tau_us: float, dead: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
@@ -203,40 +228,43 @@ def fire_wall_pixels(
     taken : ndarray of bool, shape (height * width,)
         Pixels that a marker lights; they are left out.
     asleep : ndarray of bool, shape (height * width,)
-        Pixels whose level is the light they had last.
+        Pixels whose level is not kept up.
     image : ndarray, shape (rows + 2, columns + 2)
         Log reflectance of the wall, see `read_places`.
     lowest, highest : ndarray, shape (rows, columns)
         Extremes of it around each point, as far as a pixel's path through the span leads from its middle.
     log_ambient : float
         Log signal of reflectance 1.
-    before : ndarray, shape (3, 3)
-        The homography of the last stretch before this span.
+    before : tuple of `from_pixels`, `edges` and `moments`
+        The last stretches before this span, long enough for a pixel to forget what was before them.
     from_pixels : ndarray, shape (stretches, 3, 3)
         The homography to the wall's points in each stretch.
     """
-    most, stretches, margin = most_events(edges, dead), from_pixels.shape[0], NOISE_REACH * noise
+    most, stretches = most_events(edges, dead), from_pixels.shape[0]
     lanes, at, turn = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64), np.empty(SIDE_BY_SIDE, np.int64)
     keys, fire_room = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(14 * SIDE_BY_SIDE + 7 * MOST_LANES)
     awake, waiting, lead = np.empty(2 * SIDE_BY_SIDE, np.int64), 0, first
     while lead < taken.size or waiting:
         has_room = count + (waiting + SIDE_BY_SIDE) * most <= pixels.size
-        if not has_room and not waiting:
-            return lead, count
+        if not (has_room or waiting):
+            break
         if has_room and lead < taken.size and waiting < SIDE_BY_SIDE:
             many = min(SIDE_BY_SIDE, taken.size - lead)
-            waiting = _wake(
-                lead, many, width, taken, asleep, image, lowest, highest, log_ambient, before,
-                from_pixels[stretches // 2], edges[0], margin, level, reference, free_us, threshold_on, threshold_off,
-                awake, waiting, lanes, at,
+            waiting, woken = _wake(
+                lead, many, width, taken, asleep, lowest, highest, log_ambient, from_pixels[stretches // 2], edges[0],
+                moments, reference, free_us, threshold_on, threshold_off, seed, noise, awake, waiting, lanes, at, keys,
             )  # fmt: skip
+            if woken:
+                _catch_up(
+                    woken, width, image, log_ambient, *before, seed, noise, tau_us, lanes, at, keys, turn, level,
+                )  # fmt: skip
             lead += many
             continue
         many = min(waiting, SIDE_BY_SIDE)
         for i in range(many):
             p = awake[i]
-            keys[i], lanes[X + i], lanes[Y + i] = noise_key(seed, p), p % width, p // width
-            lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i] = level[p], reference[p], free_us[p]
+            keys[i], lanes[X + i], lanes[Y + i], lanes[FREE + i] = noise_key(seed, p), p % width, p // width, free_us[p]
+            lanes[LEVEL + i], lanes[REFERENCE + i] = level[p], reference[p]
             lanes[ON + i], lanes[OFF + i] = threshold_on[p], threshold_off[p]
         for k in range(stretches):
             find_places(image.shape, from_pixels[k], many, lanes, at)

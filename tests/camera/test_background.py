@@ -31,6 +31,7 @@ from bicode_lab.marker import Marker
 SMALL = Optics(width=120, height=90)
 EXACT = PixelModel(threshold_spread=0.0, noise=0.0, background_hz=0.0, hot_pixels=0)
 INSTANT = Readout(row_us=0.0, peak_mev_per_s=1e9, sustained_mev_per_s=1e9)
+NOTHING_BEFORE = np.empty((0, 3, 3)), np.empty(0), np.empty(0, np.int64)
 PIXEL_M = 5.0 / SMALL.focal_px  # what a pixel covers on a wall at 5 m
 
 
@@ -133,7 +134,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
         state = start_pixels(signal.ravel(), model, np.random.default_rng(0))
         memory = (state.level, state.reference, state.free_us, state.threshold_on, state.threshold_off)
         settings = (np.uint64(99), noise, 150.0, 50.0, 20.0, 30.0)
-        events, asleep, last_view = [], np.zeros(n, bool), np.eye(3)
+        events, asleep, before = [], np.zeros(n, bool), NOTHING_BEFORE
         for span in range(4):  # state is carried from span to span
             edges = np.linspace(0, 10_000, stretches + 1) + 10_000 * span
             moments = np.round(edges[:-1] * 16).astype(np.int64)
@@ -143,9 +144,9 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
             if kind == "wall":
                 done, count = fire_wall_pixels(
                     0, SMALL.width, np.zeros(n, bool), asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0,
-                    last_view, views, edges, moments, *memory, *settings, pixels, times, 0,
+                    before, views, edges, moments, *memory, *settings, pixels, times, 0,
                 )  # fmt: skip
-                last_view = views[-1]
+                before = views, edges, moments
                 assert 0.05 < asleep.mean() < 0.95
             else:
                 seen = [wall.log_reflectance(v, 0, 0, SMALL.width, SMALL.height).ravel() for v in views]
@@ -162,10 +163,13 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
     assert wall_events.shape[1] > 500
     # The short cut leaves a calm pixel on its light, a lag of 150 us and its noise aside: a pixel in a
     # thousand may fire otherwise when it wakes up.
-    assert wall_events.shape[1] == pytest.approx(lit_events.shape[1], rel=2e-3)
-    if noise == 0 and wall_events.shape == lit_events.shape:
-        np.testing.assert_array_equal(wall_events[0], lit_events[0])
-        assert np.median(np.abs(wall_events[1] - lit_events[1])) < 0.1
+    # A pixel that slept wakes up with the level that it would have had, so both do the same at the same time; the
+    # lit ones' signal is rounded to 32 bits, and a pixel that only just reaches its threshold is late by more.
+    assert wall_events.shape == lit_events.shape
+    np.testing.assert_array_equal(wall_events[0], lit_events[0])
+    away_us = np.abs(wall_events[1] - lit_events[1])
+    assert np.median(away_us) < 1e-3
+    assert away_us.max() < 5
 
 
 def test_wall_pixels_that_run_out_of_room_go_on_where_they_ended():
@@ -183,8 +187,8 @@ def test_wall_pixels_that_run_out_of_room_go_on_where_they_ended():
         while done < n:
             pixels, times = np.empty(room, np.uint32), np.empty(room)
             done, count = fire_wall_pixels(
-                done, SMALL.width, taken, asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0, views[0], views,
-                edges, np.round(edges[:-1] * 16).astype(np.int64), *memory,
+                done, SMALL.width, taken, asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0, NOTHING_BEFORE,
+                views, edges, np.round(edges[:-1] * 16).astype(np.int64), *memory,
                 np.uint64(99), 0.05, 150.0, 50.0, 20.0, 30.0, pixels, times, 0,
             )  # fmt: skip
             calls += 1
