@@ -19,7 +19,7 @@ from numba.extending import intrinsic
 
 from bicode_lab.events import Events, words
 
-AHEAD = 48  # events between asking for a pixel's memory and working on it
+AHEAD = 32  # events between asking for a pixel's memory and working on it
 LOW_16 = np.uint64(0xFFFF)
 ONE = np.uint64(1)
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+MOST_BY_EIGHTS = 4  # a row of so many pixels to both sides lies in two words of eight
+
 
 @njit(cache=True)
 def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-def]
@@ -34,19 +36,19 @@ def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def components(kept, votes, width, height, reach, stack):  # type: ignore[no-untyped-def]
+def components(kept, votes, eights, width, height, reach, stack):  # type: ignore[no-untyped-def]
     """Kept pixels in; x0 y0 x1 y1 pixels votes of each group of pixels no more than `reach` apart out.
 
-    Empties `votes` on the way, which serves as the mark of a pixel not yet in a group.
+    Empties `votes` on the way, which serves as the mark of a pixel not yet in a group. `eights` is the same
+    memory, eight pixels a word: most of it is empty soon, and a look at a row's two ends tells.
     """
     boxes = np.empty((kept.size, 6), np.int64)
     n_boxes = 0
     for i in range(kept.size):
         if votes[kept[i]] == 0:
             continue
-        x0, y0, x1, y1, n_pixels, n_votes = width, height, 0, 0, 0, 0
+        x0, y0, x1, y1, n_pixels, n_votes = width, height, 0, 0, 0, np.int64(votes[kept[i]])
         stack[0] = kept[i]
-        n_votes += votes[kept[i]]
         votes[kept[i]] = 0
         n_stack = 1
         while n_stack:
@@ -55,7 +57,10 @@ def components(kept, votes, width, height, reach, stack):  # type: ignore[no-unt
             n_pixels += 1
             x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
             for ny in range(max(y - reach, 0), min(y + reach + 1, height)):
-                for neighbour in range(ny * width + max(x - reach, 0), ny * width + min(x + reach + 1, width)):
+                left, right = ny * width + max(x - reach, 0), ny * width + min(x + reach, width - 1)
+                if reach <= MOST_BY_EIGHTS and eights[left >> 3] | eights[right >> 3] == 0:
+                    continue
+                for neighbour in range(left, right + 1):
                     if votes[neighbour]:
                         n_votes += votes[neighbour]
                         votes[neighbour] = 0
@@ -70,8 +75,7 @@ def components(kept, votes, width, height, reach, stack):  # type: ignore[no-unt
 def merge_overlapping(boxes):  # type: ignore[no-untyped-def]
     """Boxes as x0 y0 x1 y1 pixels votes in; those that overlap joined, until none do, out."""
     merged = boxes.copy()
-    n = merged.shape[0]
-    i = 0
+    i, n = 0, merged.shape[0]
     while i < n:
         grown = False
         j = i + 1
@@ -80,8 +84,7 @@ def merge_overlapping(boxes):  # type: ignore[no-untyped-def]
             if a[0] <= b[2] and b[0] <= a[2] and a[1] <= b[3] and b[1] <= a[3]:
                 a[0], a[1] = min(a[0], b[0]), min(a[1], b[1])
                 a[2], a[3] = max(a[2], b[2]), max(a[3], b[3])
-                a[4] += b[4]
-                a[5] += b[5]
+                a[4:] += b[4:]
                 n -= 1
                 merged[j] = merged[n]
                 grown = True

@@ -26,7 +26,7 @@ A packet fails with a reason; of several, the one of the step that was got furth
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -146,12 +146,13 @@ def decode_packets(
     f = packet_format
     chip_bins = f.chip_us / delta_t_id_us
     starts = _find_starts(times, rises, (f.start_bits + 1) * chip_bins)
+    late_us = round(latency_us)
     packets = [
-        _read_packet(times, rises, int(i), lead.size, start_us, delta_t_id_us, f, conventions or (f.manchester,))
+        _read_packet(
+            times, rises, int(i), lead.size, start_us, late_us, delta_t_id_us, f, conventions or (f.manchester,)
+        )
         for i in starts
     ]
-    late_us = round(latency_us)
-    packets = [replace(p, start_us=p.start_us - late_us, end_us=p.end_us - late_us) for p in packets]
     return packets, None if packets else "no_start"
 
 
@@ -161,6 +162,7 @@ def _read_packet(
     first: int,
     n_bins: int,
     start_us: int,
+    late_us: int,
     delta_t_id_us: int,
     f: PacketFormat,
     conventions: Sequence[Convention],
@@ -175,7 +177,9 @@ def _read_packet(
         begin, end = span(reading.place)
         moments = (start_us + round(float(moment * delta_t_id_us)) for moment in (begin, end, times[first]))
         begin_us, end_us, edge_us = moments
-        return Packet(begin_us, end_us, reading.payload, reason is None, reason, reading.convention, edge_us)
+        return Packet(
+            begin_us - late_us, end_us - late_us, reading.payload, reason is None, reason, reading.convention, edge_us
+        )
 
     def span(place: int) -> tuple[float, float]:
         begin = times[first] + phase - (n_start + place) * chip

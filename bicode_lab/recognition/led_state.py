@@ -14,11 +14,10 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.event_codes import CodedEvents, EventCoder
+from bicode_lab.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 from bicode_lab.events import Events
 
 Counts = npt.NDArray[np.int32]
-ONE = np.uint64(1)
 
 
 class LedCounter:
@@ -183,9 +182,10 @@ def _count(codes, cuts, box_of, none, sums, counts, whole):  # type: ignore[no-u
     inside, box = np.empty(most, np.uint32), np.empty(most, box_of.dtype)
     here = np.zeros(counts.shape[0], np.int64)  # of this bin
     for k in range(counts.shape[1]):
-        part = codes[cuts[k] : cuts[k + 1]]
+        part, ahead = codes[cuts[k] : cuts[k + 1]], codes[cuts[k] + AHEAD :]
         n = 0
         for i in range(part.size):
+            prefetch(box_of, np.uint64(ahead[i]) >> ONE)
             number = box_of[np.uint64(part[i]) >> ONE]
             inside[n], box[n] = part[i], number
             n += number != none

@@ -81,7 +81,8 @@ class RegionFinder:
         n_pixels = settings.width * settings.height
         self._coder = EventCoder(settings.width, settings.height)
         self._marks = np.zeros(n_pixels, np.uint64)
-        self._votes = np.zeros(n_pixels, np.uint8)
+        self._eights = np.zeros(n_pixels // 8 + 1, np.uint64)
+        self._votes = self._eights.view(np.uint8)[:n_pixels]
         self._touched = np.empty(n_pixels + 1, np.int32)
         self._kept = np.empty(n_pixels, np.int32)
         self._stack = np.empty(n_pixels, np.int32)
@@ -114,14 +115,16 @@ class RegionFinder:
             n_kept = self._vote_frames(coded, start_us, s.frame_rule_blinker)
         if s.opening_px > 1:
             n_kept = open_squares(self._kept[:n_kept], self._votes, s.width, s.height, s.opening_px)
-        boxes = components(self._kept[:n_kept], self._votes, s.width, s.height, s.closing_px + 1, self._stack)
+        boxes = components(
+            self._kept[:n_kept], self._votes, self._eights, s.width, s.height, s.closing_px + 1, self._stack
+        )
         return self._to_regions(boxes)
 
     def _vote_blink(self, coded: CodedEvents, start_us: int) -> int:
         """Fill the votes by rule "blink"; return how many pixels are kept."""
         s = self.settings
-        cuts = coded.cuts(start_us + np.ceil(np.arange(1, self.n_bins + 1) * self.bin_us).astype(np.int64))
-        cuts[-1] = coded.events.size  # with what comes at the period's very end
+        cuts = coded.cuts(start_us + np.ceil(np.arange(self.n_bins + 1) * self.bin_us).astype(np.int64))
+        cuts[0], cuts[-1] = 0, coded.events.size  # what was given is the period's, however its last half frame rounds
         n_touched = _mark(coded.codes, cuts, self._marks, self._touched)
         touched = self._touched[:n_touched]
         n_asked = _ask(touched, self._marks, self._kept)
@@ -168,12 +171,11 @@ def find_regions(events: Events, start_us: int, settings: ReceiverSettings) -> l
 def _mark(codes, cuts, marks, touched):  # type: ignore[no-untyped-def]
     """Set the bit of its half frame at each event's pixel, ON and OFF apart; list the pixels touched.
 
-    `codes` are of `event_codes`; half frame k ends ahead of codes[cuts[k]].
+    `codes` are of `event_codes`; half frame k is codes[cuts[k]:cuts[k + 1]].
     """
     n_touched = 0
-    start = 0
-    for k in range(cuts.size):
-        part, ahead = codes[start : cuts[k]], codes[start + AHEAD :]
+    for k in range(cuts.size - 1):
+        part, ahead = codes[cuts[k] : cuts[k + 1]], codes[cuts[k] + AHEAD :]
         for i in range(part.size):
             prefetch(marks, np.uint64(ahead[i]) >> ONE)
             code = np.uint64(part[i])
@@ -182,7 +184,6 @@ def _mark(codes, cuts, marks, touched):  # type: ignore[no-untyped-def]
             touched[n_touched] = np.int32(pixel)
             n_touched += mark == np.uint64(0)
             marks[pixel] = mark | ONE << (np.uint64(k) + ON_SHIFT * (code & ONE))
-        start = cuts[k]
     return n_touched
 
 
@@ -198,9 +199,8 @@ def _popcount(word):  # type: ignore[no-untyped-def]
 def _ask(touched, marks, asked):  # type: ignore[no-untyped-def]
     """List the touched pixels with events of their own in enough half frames: the others are noise, and most."""
     n_asked = 0
-    last = touched.size - 1
     for i in range(touched.size):
-        prefetch(marks, np.uint64(touched[min(i + AHEAD, last)]))
+        prefetch(marks, np.uint64(touched[min(i + AHEAD, touched.size - 1)]))
         own = marks[np.uint64(touched[i])]
         asked[n_asked] = touched[i]
         n_asked += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= LEAST_MOMENTS

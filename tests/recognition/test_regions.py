@@ -58,7 +58,7 @@ def joined(found: list[tuple[int, int, int, int]]) -> list[tuple[int, int, int, 
     return found
 
 
-@given(seed=st.integers(0, 2**32 - 1), closing=st.integers(0, 3), least=st.integers(1, 4))
+@given(seed=st.integers(0, 2**32 - 1), closing=st.integers(0, 6), least=st.integers(1, 4))
 @settings(max_examples=40)
 def test_regions_are_those_of_whole_frames(seed: int, closing: int, least: int) -> None:
     rng = np.random.default_rng(seed)
