@@ -115,24 +115,25 @@ def _wake(
         lanes[X + i], lanes[Y + i] = lead + i - width * y, y
     find_places(lowest.shape, middle, many, lanes, at)
     of, least, most, n, woken = slice(lead, lead + many), lowest.ravel(), highest.ravel(), 0, 0
-    on, off, ref, free, lit = threshold_on[of], threshold_off[of], reference[of], free_us[of], taken[of]
+    on, off, ref, lit, rests = threshold_on[of], threshold_off[of], reference[of], taken[of], asleep[of]
     for i in range(many):
         k = np.uint64(at[i])
         lanes[LEVEL + i], lanes[LIGHT + i], lanes[REFERENCE + i] = least[k], most[k], ref[i] - log_ambient
-    for i in range(many):  # how far noise may go up and down; not at all in reset, or where the wall is not in view
-        can_rest = (lanes[SEEN + i] > 0.0) & (free[i] <= start_us)
-        lanes[ON + i] = on[i] - (lanes[LIGHT + i] - lanes[REFERENCE + i]) - ROUNDING if can_rest else -1.0
+    for i in range(many):  # how far noise may go up and down; not at all where the wall is not in view
+        lanes[ON + i] = on[i] - (lanes[LIGHT + i] - lanes[REFERENCE + i]) - ROUNDING if lanes[SEEN + i] > 0.0 else -1.0
         lanes[OFF + i] = off[i] - (lanes[REFERENCE + i] - lanes[LEVEL + i]) - ROUNDING
     for i in range(many):
-        lanes[BUSY + i] = 0.0 if lit[i] | (min(lanes[ON + i], lanes[OFF + i]) > NOISE_REACH * noise) else 1.0
+        is_calm = rests[i] & (min(lanes[ON + i], lanes[OFF + i]) > NOISE_REACH * noise)
+        lanes[BUSY + i] = 0.0 if lit[i] | is_calm else 1.0
     for i in range(many):
-        asleep[lead + i] = asleep[lead + i] if lanes[BUSY + i] > 0.0 else not lit[i]
+        rests[i] = rests[i] & (not lit[i])
     for i in range(many):
         at[n] = i
         n += lanes[BUSY + i] > 0.0
     for j in range(n):
         i, lanes[AIM + j], lanes[RATE + j] = at[j], 0.0, 0.0
-        keys[j], lanes[RIGHT + j], lanes[DOWN + j] = noise_key(seed, lead + i), lanes[ON + i], lanes[OFF + i]
+        keys[j], lanes[DOWN + j] = noise_key(seed, lead + i), lanes[OFF + i]
+        lanes[RIGHT + j] = -1.0 if free_us[lead + i] > start_us else lanes[ON + i]  # in reset, it is followed
     for moment in moments:
         for j in range(n):
             z = noise_from(keys[j], moment)
