@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numba as nb
 import numpy as np
-import numpy.typing as npt
 
 from bicode_lab.camera.background import Wall
 from bicode_lab.camera.glow import Box, Image, Template, make_template, plate_box, read_template, serves
@@ -126,13 +126,9 @@ class Patch:
     def awake(self, state: PixelState, model: PixelModel) -> Patch:
         """The patch of those pixels only that can reach a threshold; the others settle on their signal."""
         margin = np.float32(NOISE_REACH * model.noise)
-        reference, on, off = (
-            column.take(self.index) for column in (state.reference, state.threshold_on, state.threshold_off)
-        )
-        can_fire = (self.highest - reference > on - margin) | (reference - self.lowest > off - margin)
-        asleep, chosen = np.flatnonzero(~can_fire), np.flatnonzero(can_fire)
-        state.level[self.index.take(asleep)] = self.last.take(asleep)
-        if not asleep.size:
+        chosen = _settle_or_choose(self.index, self.lowest, self.highest, self.last, state.reference,
+                                   state.threshold_on, state.threshold_off, margin, state.level)  # fmt: skip
+        if chosen.size == self.index.size:
             return self
         return Patch(
             self.index.take(chosen), self.ambient.take(chosen, axis=1), self.glow.take(chosen, axis=2),
@@ -142,20 +138,30 @@ class Patch:
     def schedule(self, cuts: F8) -> tuple[F8, I8, F4, I4]:
         """The borders of the steps in; edges, moments, levels and maps as `sensor.fire_lit_pixels` wants them out."""
         start, end = float(cuts[0]), float(cuts[-1])
-        steps = [wave.steps(start, end) for wave in self.waveforms]
-        edges = np.unique(np.concatenate([cuts, *[times for times, _ in steps]]))
+        # From a packet ahead of the span on: each holds an edge, so the one that began the first stretch is there.
+        steps = [wave.steps(start - wave.packet_us, end) for wave in self.waveforms]
+        edges = np.unique(np.concatenate([cuts, *[times[times > start] for times, _ in steps]]))
         middles = (edges[:-1] + edges[1:]) / 2
-        levels = np.stack([lv[np.searchsorted(t, middles, side="right") - 1] for t, lv in steps], axis=1)
+        last = [np.searchsorted(times, middles, side="right") - 1 for times, _ in steps]
+        levels = np.stack([lv[k] for (_, lv), k in zip(steps, last, strict=True)], axis=1)
         maps = np.minimum(np.searchsorted(cuts, middles, side="right") - 1, self.ambient.shape[0] - 1)
         # A stretch that only goes on from the span before keeps the noise of the moment it began.
-        began = np.stack([_last_edge(wave, middles) for wave in self.waveforms]).max(0)
+        began = np.stack([times[k] for (times, _), k in zip(steps, last, strict=True)]).max(0)
         if self.ambient.shape[0] > 1:
             began = np.maximum(began, cuts[maps])
         moments = np.round(began * 16).astype(np.int64)
         return edges, moments, levels.astype(np.float32), maps.astype(np.int32)
 
 
-def _last_edge(wave: Waveform, t_us: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Moments in, when the LED last changed before each out [us]; every packet holds an edge, so look one back."""
-    times, _ = wave.steps(float(t_us[0]) - wave.packet_us, float(t_us[-1]))
-    return times[np.searchsorted(times, t_us, side="right") - 1]
+@nb.njit(cache=True)
+def _settle_or_choose(index: I4, lowest: F4, highest: F4, last: F4, reference: F4, on: F4, off: F4, margin: np.float32,
+                      level: F4) -> I8:  # fmt: skip
+    """Pixels in; which of them can reach a threshold comes back, and the level of the others is set to `last`."""
+    chosen, n = np.empty(index.size, np.int64), 0
+    for i in range(index.size):
+        at = index[i]
+        can_fire = (highest[i] - reference[at] > on[at] - margin) | (reference[at] - lowest[i] > off[at] - margin)
+        level[at] = level[at] if can_fire else last[i]
+        chosen[n] = i
+        n += can_fire
+    return chosen[:n]

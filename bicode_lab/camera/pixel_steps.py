@@ -23,7 +23,7 @@ LOG2_E = 1.4426950408889634
 LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 MOST_EVENTS_A_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
 MOST_TIME_CONSTANTS = 600.0  # a stretch of more is at its aim long before its end
-# Of pixels that may fire: seven columns in one array, at distances that the compiler knows, or it would have to
+# Of pixels side by side: seven columns in one array, at distances that the compiler knows, or it would have to
 # make sure in vain that they do not overlap. The distance is no multiple of 4 kB, which would share cache lines.
 MOST_LANES = 1320
 OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MOST_LANES for k in range(7))
@@ -35,8 +35,8 @@ def fast_exp(x: float) -> float:
     """The exponential of x, -700 < x < 700, to a part in 1e11."""
     n = np.floor(x * LOG2_E + 0.5)
     r = (x - n * LN_2_HIGH) - n * LN_2_LOW
-    upper = 1 + r * (1 / 6) * (1 + r * (1 / 7) * (1 + r * (1 / 8) * (1 + r * (1 / 9))))
-    p = 1 + r * (1 + r * (1 / 2) * (1 + r * (1 / 3) * (1 + r * (1 / 4) * (1 + r * (1 / 5) * upper))))
+    p = 1 + r * (1 / 6) * (1 + r * (1 / 7) * (1 + r * (1 / 8) * (1 + r * (1 / 9))))
+    p = 1 + r * (1 + r * (1 / 2) * (1 + r * (1 / 3) * (1 + r * (1 / 4) * (1 + r * (1 / 5) * p))))
     power = np.int64((np.int64(n) + 1023) << 52)
     return float(p * power.view(np.float64))
 
@@ -81,73 +81,56 @@ def most_events(edges: F8, dead: float) -> int:
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _begin(
-    many: int, start: float, end: float, rate: F8, on: F8, off: F8, free: F8, off_aim: F8, ref_off: F8, rest: F8,
-    dead: float, turn: I8, lanes: F8,
-) -> int:  # fmt: skip
-    """Put the pixels that can reach a threshold in the stretch side by side; a reset that ends in it ends now."""
-    held = 0
+def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -> int:
+    """A reset that ends in the stretch ends now; how many pixels can reach a threshold in it comes back."""
+    held, ready = 0, 0
     for i in range(many):
         held += free[i] > start
     if held:
         for i in range(many):
             if free[i] > start and free[i] < end:
-                ref_off[i] = off_aim[i] = off_aim[i] * fast_exp((start - free[i]) * rate[i])
-                rest[i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
-    n = 0
+                lanes[REF_OFF + i] = lanes[OFF_AIM + i] = lanes[OFF_AIM + i] * fast_exp((start - free[i]) * rate[i])
+                lanes[REST + i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
     for i in range(many):
-        turn[n] = i
-        n += ((ref_off[i] < -on[i]) | (ref_off[i] > off[i])) & (free[i] < end)
-    if 2 * n > many:  # it takes longer to pick most than to take all
-        n = many
-        for i in range(many):
-            turn[i] = i
-            lanes[OFF_AIM + i], lanes[REF_OFF + i], lanes[REST + i] = off_aim[i], ref_off[i], rest[i]
-            lanes[ON + i], lanes[OFF + i] = on[i], off[i]
-            lanes[KEPT + i] = fast_exp(-dead * rate[i]) if free[i] < end else 0.0
-    else:
-        for j in range(n):
-            i = turn[j]
-            lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j] = off_aim[i], ref_off[i], rest[i]
-            lanes[ON + j], lanes[OFF + j], lanes[KEPT + j] = on[i], off[i], rate[i]
-        for j in range(n):
-            lanes[KEPT + j] = fast_exp(-dead * lanes[KEPT + j])
+        reaches = (lanes[REF_OFF + i] < -lanes[ON + i]) | (lanes[REF_OFF + i] > lanes[OFF + i])
+        ready += reaches & (free[i] < end)
+        lanes[KEPT + i] = lanes[KEPT + i] if free[i] < end else 0.0
     for i in range(many):
         free[i] = max(free[i], start)
-    return n
+    return ready
 
 
 @nb.njit(cache=True, error_model="numpy")
-def _cross_once(n: int, turn: I8, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[int, int]:
+def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[int, int]:
     """The next crossing of each of the first `n` lanes, where it has one; how many lanes may have more, and events.
 
     `pixels` and `times` get, of each, twice its number and the polarity, and the share of the way to the aim
-    that is left. A lane that has no more is marked by a `KEPT` of 0.
+    that is left, below 0 for OFF. A lane that has no more is marked by a `KEPT` of 0.
     """
     more = 0
     for j in range(n):
-        ref_off, off_aim, rest, kept = lanes[REF_OFF + j], lanes[OFF_AIM + j], lanes[REST + j], lanes[KEPT + j]
+        ref_off, off_aim, rest, kept, on, off = (
+            lanes[REF_OFF + j], lanes[OFF_AIM + j], lanes[REST + j], lanes[KEPT + j], lanes[ON + j], lanes[OFF + j]
+        )  # fmt: skip
         rises = ref_off < 0.0
-        short = ref_off + lanes[ON + j] if rises else ref_off - lanes[OFF + j]
+        short = ref_off + on if rises else ref_off - off
         share = short / off_aim
         is_ahead = (share > 0.0) & (share < 1.0)  # else the level is there already
         share = share if is_ahead else 1.0
-        reached = short if is_ahead else off_aim
         after = rest * share  # what is left of the stretch then
-        fires = (short < 0.0 if rises else short > 0.0) & (after > 1.0) & (kept > 0.0)
+        fires = ((short if rises else -short) < 0.0) & (after > 1.0) & (kept > 0.0)
         again = fires & (after * kept > 1.0)  # its reset ends before the stretch does
+        reached = (short if is_ahead else off_aim) if fires else off_aim
+        released = kept if again else 1.0
         lanes[SHARE + j] = (share if rises else -share) if fires else 0.0
-        lanes[OFF_AIM + j] = (reached * kept if again else reached) if fires else off_aim
-        lanes[REST + j] = (after * kept if again else after) if fires else rest
-        ref_off = reached * kept if again else ref_off
-        lanes[REF_OFF + j] = ref_off
-        again &= (ref_off + lanes[ON + j] < 0.0) | (ref_off - lanes[OFF + j] > 0.0)
-        lanes[KEPT + j] = kept if again else 0.0
+        lanes[OFF_AIM + j], lanes[REST + j] = reached * released, (after if fires else rest) * released
+        ref_off = reached * released if again else ref_off
+        again &= (ref_off < -on) | (ref_off > off)
+        lanes[REF_OFF + j], lanes[KEPT + j] = ref_off, kept if again else 0.0
         more += again
     for j in range(n):
         share = lanes[SHARE + j]
-        pixels[count] = np.uint32(2 * turn[j] + (share > 0.0))
-        times[count] = abs(share)
+        pixels[count], times[count] = np.uint32(2 * j + (share > 0.0)), share
         count += share != 0.0
     return more, count
 
@@ -178,28 +161,26 @@ def fire_stretch(
         How long a reset lasts; what is added to the times of events [us].
     places : ndarray
         Numbers of the pixels.
-    room, lanes : ndarray, shape (5 or more, many or more) and (7 * MOST_LANES,)
+    room, lanes : ndarray, shape (1 or more, many or more) and (7 * MOST_LANES,)
         For what lies between.
     pixels, times : ndarray
         Room for events, see `sensor.fire_lit_pixels`; `count` of them are there.
     """
-    aim, off_aim, ref_off, rest, turn = room[0], room[1], room[2], room[3], room[4].view(np.int64)
+    aim, before = room[0], count
     for i in range(many):
         aim[i] = light[i] + noise * noise_from(keys[i], moment)
     for i in range(many):
-        off_aim[i], ref_off[i] = level[i] - aim[i], reference[i] - aim[i]
+        lanes[OFF_AIM + i], lanes[REF_OFF + i] = level[i] - aim[i], reference[i] - aim[i]
+        lanes[ON + i], lanes[OFF + i] = on[i], off[i]
     for i in range(many):
-        rest[i] = fast_exp(min((end - start) * rate[i], MOST_TIME_CONSTANTS))
-    n, first = _begin(many, start, end, rate, on, off, free, off_aim, ref_off, rest, dead, turn, lanes), count
-    more = n
+        lanes[REST + i] = fast_exp(min((end - start) * rate[i], MOST_TIME_CONSTANTS))
+        lanes[KEPT + i] = fast_exp(-dead * rate[i])
+    more = _begin(many, start, end, rate, free, lanes)
     while more:
-        more, count = _cross_once(n, turn, lanes, pixels, times, count)
-    for j in range(n):
-        i = turn[j]
-        off_aim[i], ref_off[i], rest[i] = lanes[OFF_AIM + j], lanes[REF_OFF + j], lanes[REST + j]
-    who, when = pixels[first:count], times[first:count]  # counted from 0, or no wide instructions
+        more, count = _cross_once(many, lanes, pixels, times, count)
+    who, when = pixels[before:count], times[before:count]  # counted from 0, or no wide instructions
     for j in range(when.size):
-        when[j] = fast_log(when[j])
+        when[j] = fast_log(abs(when[j]))
     for j in range(when.size):
         i, rises = who[j] >> 1, who[j] & 1
         crossing = free[i] - when[j] / rate[i]
@@ -207,5 +188,7 @@ def fire_stretch(
         free[i] = crossing + dead
         who[j] = np.uint32(2 * places[i] + rises)
     for i in range(many):
-        level[i], reference[i] = aim[i] + off_aim[i] / rest[i], aim[i] + ref_off[i]
+        level[i] = aim[i] + lanes[OFF_AIM + i] / lanes[REST + i]
+    for i in range(many):
+        reference[i] = aim[i] + lanes[REF_OFF + i]
     return count

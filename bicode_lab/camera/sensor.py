@@ -73,10 +73,8 @@ class PixelModel:
                 raise ValueError(f"{name}={getattr(self, name)} is below {SMALLEST_THRESHOLD}; real ones are above 0.1")
         if not self.time_constant_us > 0:
             raise ValueError(f"time_constant_us={self.time_constant_us} is not possible; choose more than 0")
-        for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us"):
-            if not getattr(self, name) >= 0:
-                raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
-        for name in ("background_hz", "hot_pixels", "hot_pixel_hz"):
+        for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us", "background_hz",
+                     "hot_pixels", "hot_pixel_hz"):  # fmt: skip
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
         if not 0 <= self.background_off_share <= 1:
@@ -154,17 +152,12 @@ def fire_lit_pixels(
     """
     stretches, markers = levels.shape
     most = most_events(edges, dead)
-    room, lanes = np.empty((14, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
-    signal, light, rate, v, ref, free, on, off = (
-        room[6],
-        room[7],
-        room[8],
-        room[9],
-        room[10],
-        room[11],
-        room[12],
-        room[13],
-    )
+    room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
+    signal, light, rate, v, ref, free, on, off = (  # apart one by one: no loop over rows of `a, b = room` is wide
+        room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8]
+    )  # fmt: skip
+    shone = np.empty((4, SIDE_BY_SIDE))  # light and rate of the last two stretches: an LED goes to and fro
+    is_new = np.abs(maps[2:] - maps[:-2]) + np.abs(levels[2:] - levels[:-2]).sum(1) > 0
     keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(first, index.size, SIDE_BY_SIDE):
         many = min(SIDE_BY_SIDE, index.size - lead)
@@ -181,13 +174,17 @@ def fire_lit_pixels(
                 threshold_off[at],
             )
         for k in range(stretches):
-            for i in range(many):
-                signal[i] = ambient[maps[k], lead + i]
-            for m in range(markers):
+            held = 2 * (k % 2)
+            if k < 2 or is_new[k - 2]:
                 for i in range(many):
-                    signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
+                    signal[i] = ambient[maps[k], lead + i]
+                for m in range(markers):
+                    for i in range(many):
+                        signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
+                for i in range(many):
+                    shone[held, i], shone[held + 1, i] = fast_log(signal[i]), signal[i] / tau_us
             for i in range(many):
-                light[i], rate[i] = fast_log(signal[i]), signal[i] / tau_us
+                light[i], rate[i] = shone[held, i], shone[held + 1, i]
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
                 dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
@@ -205,23 +202,24 @@ def sort_by_time(pixels: U4, times: F8, count: int, start_us: int, end_us: int, 
     They are sorted by counting: `words`, shape (count or more, 2), is filled (see `events.words`) in the order of
     whole microseconds, ties as they came. Those from `end_us` on move to the front of `pixels` and `times`.
     """
-    at = np.zeros(end_us - start_us + 1, np.int32)
+    span, late = end_us - start_us, 0
+    at, order = np.zeros(span + 2, np.int32), np.empty(count, np.int64)
     for i in range(count):
-        if times[i] < end_us:
-            at[int(times[i]) - start_us + 1] += 1
-    for b in range(end_us - start_us):
+        at[min(int(times[i]) - start_us, span) + 1] += 1
+    for b in range(span):
         at[b + 1] += at[b]
-    late, per_row = 0, 1.0 / width
     for i in range(count):
-        if times[i] >= end_us:
+        t = int(times[i]) - start_us
+        if t < span:  # an event is half as long here, so more of them are near
+            order[at[t]] = np.int64(pixels[i]) | (t << 32)
+            at[t] += 1
+        else:
             pixels[late], times[late] = pixels[i], times[i]
             late += 1
-            continue
-        t = int(times[i])
-        place = at[t - start_us]
-        at[t - start_us] = place + 1
-        where = np.int64(pixels[i] >> np.uint32(1))
+    flat, per_row = words.reshape(-1), 1.0 / width
+    for j in range(at[span]):
+        where = (order[j] & 0xFFFFFFFF) >> 1
         y = int((where + 0.5) * per_row)  # a whole division takes ten times as long
-        words[place, 0] = (where - y * width) | (y << 16) | (np.int64(pixels[i] & np.uint32(1)) << 32)
-        words[place, 1] = t
-    return count - late
+        flat[2 * j] = (where - y * width) | (y << 16) | ((order[j] & 1) << 32)
+        flat[2 * j + 1] = start_us + (order[j] >> 32)
+    return int(at[span])

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bicode_lab.camera import Readout
-from bicode_lab.camera.readout import ReadoutQueue
-from bicode_lab.events import check_events, make_events, no_events
+from bicode_lab.camera.readout import ReadoutQueue, _count_calm
+from bicode_lab.events import check_events, make_events, no_events, words
 
 
 def a_burst(n, span_us, rows=40, seed=0):
@@ -103,6 +103,31 @@ def test_chunks_do_not_matter():
     assert (cut.lost, cut.longest_wait_us) == (whole.lost, whole.longest_wait_us)
     assert whole.lost > 0
     assert cut.pass_on(no_events()).size == 0
+
+
+@pytest.mark.parametrize("sustained_mev_per_s", [3.0, 50.0, 1e6])
+@pytest.mark.parametrize("start_us", [0, 10**6, 10**12])
+@pytest.mark.parametrize("crowd", [3, 30, 3000])
+def test_calm_chunks_are_read_at_once_and_as_one_by_one(crowd, start_us, sustained_mev_per_s):
+    # Chunks of 0.3 ms, more and less dense, with a crowd in one microsecond of every fourth.
+    readout = Readout(sustained_mev_per_s=sustained_mev_per_s, buffer_events=2000)
+    queue, parts, found, calm = ReadoutQueue(readout), [], [], 0
+    for k, n in enumerate((300, 900, 100, 2000, 5, 900, 300, 20, 600, 100)):
+        part = np.concatenate([a_burst(n, 300, seed=k), a_burst(crowd if k % 4 == 0 else 0, 1, seed=k)])
+        part["t"][n:] = 150
+        part = part[np.argsort(part["t"], kind="stable")]
+        part["t"] += start_us + 300 * k
+        parts.append(part)
+        calm += _count_calm(words(part), queue._state, 0.0, 1e-3, sustained_mev_per_s, 2000)
+        found.append(queue.pass_on(part))
+    events = np.concatenate(parts)
+    kept, times, longest = plain_queue(events, readout)
+    out = np.concatenate(found)
+    for field in ("x", "y", "p"):
+        np.testing.assert_array_equal(out[field], events[field][kept])
+    np.testing.assert_array_equal(out["t"], times)
+    assert queue.longest_wait_us == longest
+    assert calm > 0 or sustained_mev_per_s < 10  # where the link is slow, no chunk is calm
 
 
 def test_the_link_carries_what_it_promises_and_no_more():
