@@ -29,6 +29,7 @@ KNOWS = {
     "lab": {
         "constants",
         "events",
+        "event_codes",
         "paper",
         "recordings",
         "marker",

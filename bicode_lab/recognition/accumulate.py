@@ -58,7 +58,7 @@ def accumulate(events: Events | CodedEvents, width: int, height: int, rule: Fram
         return np.sign(total).astype(np.int8)
     frame = np.zeros((height, width), np.int8)
     _keep_last(coded.codes[: coded.events.size], frame.ravel())
-    return np.abs(frame) if rule == "any" else frame
+    return np.abs(frame, out=frame) if rule == "any" else frame
 
 
 def count_events(events: Events | CodedEvents, width: int, height: int) -> npt.NDArray[np.int32]:
@@ -161,7 +161,7 @@ def _join(pieces: list[Events]) -> Events:
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _add(codes, off, total):  # type: ignore[no-untyped-def]
     """Add 1 at the pixel of each ON event, and `off` at that of each OFF event."""
     for i in range(codes.size):
@@ -169,7 +169,7 @@ def _add(codes, off, total):  # type: ignore[no-untyped-def]
         total[code >> ONE] += 1 if code & ONE else off
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _keep_last(codes, frame):  # type: ignore[no-untyped-def]
     """Set each event's pixel to its polarity."""
     for i in range(codes.size):

@@ -11,7 +11,7 @@ from numba import njit
 MOST_BY_EIGHTS = 4  # a row of so many pixels to both sides lies in two words of eight
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-def]
     """Kept pixels in, those that lie in a full square of kept ones stay first in the list; their number out."""
     stays = np.zeros(kept.size, np.bool_)
@@ -35,7 +35,7 @@ def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-d
     return n_kept
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def components(kept, votes, eights, width, height, reach, stack):  # type: ignore[no-untyped-def]
     """Kept pixels in; x0 y0 x1 y1 pixels votes of each group of pixels no more than `reach` apart out.
 
@@ -71,7 +71,7 @@ def components(kept, votes, eights, width, height, reach, stack):  # type: ignor
     return boxes[:n_boxes]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def merge_overlapping(boxes):  # type: ignore[no-untyped-def]
     """Boxes as x0 y0 x1 y1 pixels votes in; those that overlap joined, until none do, out."""
     merged = boxes.copy()

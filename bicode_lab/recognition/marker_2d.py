@@ -79,14 +79,14 @@ def to_image(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings: Rece
     array([[255,   0,   0]], dtype=uint8)
     """
     if frame.dtype == np.int8:
-        image: npt.NDArray[np.uint8] = np.multiply(frame != 0, np.uint8(255), dtype=np.uint8)
+        image: npt.NDArray[np.uint8] = (frame != 0).view(np.uint8) * np.uint8(255)
     else:
         active = frame[frame > 0]
         full = max(float(np.quantile(active, COUNT_QUANTILE)), 1.0) if active.size else 1.0
         image = np.minimum(frame * (255 / full), 255).astype(np.uint8)
     if settings.denoise_2d:
         image = _without_lone_pixels(image)
-    return 255 - image if settings.glow == "black" else image
+    return np.invert(image, out=image) if settings.glow == "black" else image
 
 
 def find_marker_2d(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings: ReceiverSettings) -> list[Marker2d]:

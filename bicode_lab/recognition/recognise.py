@@ -14,6 +14,7 @@ kept, so that packets across the border are read as well, and each once.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -60,6 +61,7 @@ class Receiver:
         self.settings = settings
         self.t0_us = t0_us
         self._coder = EventCoder(settings.width, settings.height)
+        self._beside = ThreadPoolExecutor(1)  # one thread, which ends with the receiver
         self._finder = RegionFinder(settings)
         self._counter = LedCounter(settings.width, settings.height)
         self._tracker = Tracker(settings.max_age, settings.min_iou)
@@ -80,8 +82,9 @@ class Receiver:
         self._tracker.skip(period - self._next_period)
         self._next_period = period + 1
         coded = self._coder(events)
-        regions = self._finder(coded, start_us)
-        markers = self._find_markers(coded, start_us)
+        looking = self._beside.submit(self._find_markers, coded, start_us) if s.detect_2d else None
+        regions = self._finder(coded, start_us)  # meanwhile: OpenCV and the kernels do not hold Python's lock
+        markers = looking.result() if looking else []
         boxes = lend_boxes(
             [(r.x, r.y, r.w, r.h) for r in regions],
             [marker.box(s.glow, self._n_cells) for marker in markers],
@@ -101,8 +104,6 @@ class Receiver:
     def _find_markers(self, events: CodedEvents, start_us: int) -> list[Marker2d]:
         """Boxes a, b and c."""
         s = self.settings
-        if not s.detect_2d:
-            return []
         return find_marker_2d(frame_2d(events.between(start_us, start_us + s.delta_t_2d_us), s), s)
 
     def _first_bin(self, period: int) -> int:

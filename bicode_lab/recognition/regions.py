@@ -83,7 +83,7 @@ class RegionFinder:
         self._marks = np.zeros(n_pixels, np.uint64)
         self._eights = np.zeros(n_pixels // 8 + 1, np.uint64)
         self._votes = self._eights.view(np.uint8)[:n_pixels]
-        self._touched = np.empty(n_pixels + 1, np.int32)
+        self._touched, self._crowded = np.empty(n_pixels + 1, np.int32), False
         self._kept = np.empty(n_pixels, np.int32)
         self._stack = np.empty(n_pixels, np.int32)
         # Half frames; where a period has more than 32 (the paper's has 33), they are a little longer.
@@ -125,16 +125,16 @@ class RegionFinder:
         s = self.settings
         cuts = coded.cuts(start_us + np.ceil(np.arange(self.n_bins + 1) * self.bin_us).astype(np.int64))
         cuts[0], cuts[-1] = 0, coded.events.size  # what was given is the period's, however its last half frame rounds
+        if self._crowded:  # only now, since that brings them into the cache
+            self._marks[:] = 0
         n_touched = _mark(coded.codes, cuts, self._marks, self._touched)
-        touched = self._touched[:n_touched]
-        n_asked = _ask(touched, self._marks, self._kept)
+        n_asked = _ask(self._touched[:n_touched], self._marks, self._kept)
         n_kept: int = _keep(
             self._kept[:n_asked], self._marks, s.width, s.height, self.span, self.n_frames, self.min_votes, self._votes
         )
-        if n_touched > self._marks.size // CLEAR_ALL:
-            self._marks[:] = 0
-        else:
-            self._marks[touched] = 0
+        self._crowded = n_touched > self._marks.size // CLEAR_ALL
+        if not self._crowded:
+            self._marks[self._touched[:n_touched]] = 0
         return n_kept
 
     def _vote_frames(self, coded: CodedEvents, start_us: int, rule: FrameRule) -> int:
@@ -167,7 +167,7 @@ def find_regions(events: Events, start_us: int, settings: ReceiverSettings) -> l
     return RegionFinder(settings)(events, start_us)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _mark(codes, cuts, marks, touched):  # type: ignore[no-untyped-def]
     """Set the bit of its half frame at each event's pixel, ON and OFF apart; list the pixels touched.
 
@@ -187,7 +187,7 @@ def _mark(codes, cuts, marks, touched):  # type: ignore[no-untyped-def]
     return n_touched
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _popcount(word):  # type: ignore[no-untyped-def]
     word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
     word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
@@ -195,7 +195,7 @@ def _popcount(word):  # type: ignore[no-untyped-def]
     return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _ask(touched, marks, asked):  # type: ignore[no-untyped-def]
     """List the touched pixels with events of their own in enough half frames: the others are noise, and most."""
     n_asked = 0
@@ -207,7 +207,7 @@ def _ask(touched, marks, asked):  # type: ignore[no-untyped-def]
     return n_asked
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _near(pixel, marks, width, height):  # type: ignore[no-untyped-def]
     """All marks of a pixel's 3 x 3 neighbours."""
     y, x = pixel // width, pixel % width
@@ -222,7 +222,7 @@ def _near(pixel, marks, width, height):  # type: ignore[no-untyped-def]
     return near
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _keep(asked, marks, width, height, span, n_frames, min_votes, votes):  # type: ignore[no-untyped-def]
     """Votes of each pixel asked for from its neighbours' marks; those with enough stay first in the list."""
     n_kept = 0

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from bicode_lab.camera import PixelModel, Recorder
+from bicode_lab.event_codes import EventCoder
 from bicode_lab.events import check_events, slice_time
 from bicode_lab.lab import bench_streams as streams
 from bicode_lab.lab import command_bench, cost
 from bicode_lab.lab.bench_clock import Timing, Watch, machine, time_in_turn
 from bicode_lab.lab.bench_rows import GROUPS, Row, plain, rate_row, time_row
 from bicode_lab.lab.cli import main
+from bicode_lab.lab.least_cost import _touch, _touch_ahead, least_ns
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recognition.accumulate import cut
@@ -131,3 +133,16 @@ def test_costs_are_tables_of_what_was_asked_for():
     parts = cost.generator_parts(streams.square_scene(whole_sensor=False), 0.02)
     assert parts["pixels"] > 0
     assert cost.copy_gb_per_s(8) > 0
+
+
+def test_the_least_cost_is_of_loops_that_do_what_they_say():
+    events = streams.six_markers(1.0, 0.033)
+    codes = EventCoder(streams.WIDTH, streams.HEIGHT)(events).codes
+    times_each = np.bincount(codes[: events.size] >> 1, minlength=streams.WIDTH * streams.HEIGHT)
+    for touch in (_touch, _touch_ahead):
+        table = np.zeros(times_each.size, np.uint8)
+        touch(codes, table)
+        np.testing.assert_array_equal(table, times_each % 2)
+    costs = least_ns(events, streams.WIDTH, streams.HEIGHT, repeats=1)
+    assert len(costs) == 8
+    assert (costs > 0).all()

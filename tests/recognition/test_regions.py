@@ -184,3 +184,12 @@ def test_the_memory_is_clean_after_a_period_and_after_an_error() -> None:
     with pytest.raises(ValueError, match="1 of 1 events lie outside the 200 x 150 px sensor"):
         finder(make_events([200], [0], [1], [0]), 0)
     assert finder(events, 0) == first
+
+
+def test_the_memory_is_clean_after_a_crowded_period_and_a_quiet_one() -> None:
+    rng = np.random.default_rng(6)
+    finder = RegionFinder(SMALL)
+    crowd, quiet = noise(200, 150, 300.0, 0, 33_000, rng), blink(Marker(), square(20, 20, 5), 33_000, rng)
+    expected = [find_regions(events, 0, SMALL) for events in (crowd, quiet)]
+    for k in (0, 0, 1, 1, 0, 1):
+        assert finder((crowd, quiet)[k], 0) == expected[k]
