@@ -178,13 +178,9 @@ class Receiver:
         keep = int((f.packet_us + (f.start_bits + 2) * 2 * f.chip_us) / s.delta_t_id_us) + 2
         memory.period, memory.n_on, memory.n_off = period, n_on[-keep:], n_off[-keep:]
         read = {p.manchester for p in new if p.checksum_ok}
-        if len(read) == 1 and memory.convention is None and not _is_symmetric(new):
+        # Bits that are all alike say nothing of the convention.
+        if len(read) == 1 and memory.convention is None and any(p.payload != 0 for p in new if p.checksum_ok):
             memory.convention = read.pop()
-
-
-def _is_symmetric(packets: list[Packet]) -> bool:
-    """Whether the packets read say nothing about the convention: all their bits are alike."""
-    return all(packet.payload == 0 for packet in packets if packet.checksum_ok)
 
 
 def _joined(memory: _Memory, n_on: Counts, n_off: Counts, first: int, shares_bin: bool) -> tuple[Counts, Counts, int]:
