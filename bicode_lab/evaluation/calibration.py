@@ -1,86 +1,144 @@
-"""IV-A: the free constants, fitted to Fig. 8 and to nothing else.   candidates -> Fig. 8's cells -> misfit
+"""IV-A: the free constants, fitted to Fig. 8 and to nothing else.   ranges of constants -> candidates -> misfit
 
-What is free: how bright the LED is, how sharp the lens, how fast a pixel, which pattern the plate has. Every
-candidate is tried on the cells that Fig. 8's claims are about, and on the two next to where a range must end. Its
-misfit is what each claim lacks, ranges with a margin, so that the choice is in the middle of what agrees and not
-at its edge. Other figures are not looked at.
+What is free: how bright the LED is, how sharp the lens and how wide its halo, how fast a pixel is and how unlike its
+neighbours, which pattern the plate has. The search is laid down here, before anything is looked at:
+
+    1. `DRAWS` candidates, each constant drawn evenly from its range in `constants.csv`. Their LED is as bright as the
+       ranges of the ID ask for: half of the periods at 22 m with 10.7 mA and at 32 m with 21.3 mA (F8.3, F8.4).
+    2. Round each of the `BEST` of them, `NEIGHBOURS` more, a tenth of the range away.
+    3. The `BEST` of all are tried again, with other seeds and three times as many. The one that lacks least is taken.
+
+A candidate is tried on the cells that Fig. 8's claims are about, and on the two next to where a range must end, over
+the experiments' own time and with seeds that no figure uses. Its misfit is what each claim lacks, ranges with a
+margin, so that the choice is in the middle of what agrees and not at its edge. One that lacks more than `GIVE_UP`
+is not tried on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from itertools import pairwise, product
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
-from tqdm import tqdm
 
 from bicode_lab import paper
 from bicode_lab.camera import Recorder, Scene, truth_at
-from bicode_lab.constants import constant
+from bicode_lab.constants import all_constants, constant
 from bicode_lab.evaluation.accuracy import Periods, score
 from bicode_lab.evaluation.claim_statistics import half_distances
 from bicode_lab.evaluation.read_with import with_pattern
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.sweep import sweep
 from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.recognition import recognise
+
+DRAWS, BEST, NEIGHBOURS = 240, 12, 5
+SEEDS = 4  # of a cell, each time that a candidate is tried
+FIRST_SEED = 1000  # figures use those below
+AGAIN = (1, 2, 3)  # blocks of seeds for the last round
+GIVE_UP = 0.6
+LED_STEPS = 5  # halvings of the range that the LED's brightness is looked for in
 
 MARGIN = 0.2  # how far an accuracy should stay from the one half at which a range ends
 STEP_M = 0.3  # by how much the 2D ranges of neighbouring currents should differ
 LOW_MA, STANDARD_MA, HIGH_MA = paper.FIG_8_CURRENTS_MA
-PLATE_CELLS = (
-    (LOW_MA, 2.5), (LOW_MA, 5.0),
-    (STANDARD_MA, 1.0), (STANDARD_MA, 2.5), (STANDARD_MA, 5.0), (STANDARD_MA, 7.5),
-    (HIGH_MA, 1.0), (HIGH_MA, 2.5), (HIGH_MA, 5.0),
-)  # fmt: skip
-ID_CELLS = ((LOW_MA, 15.0), (STANDARD_MA, 20.0), (STANDARD_MA, 25.0), (HIGH_MA, 30.0), (HIGH_MA, 35.0))
-FAR_PX = (96, 72)  # sensor for the far cells; the near ones need the paper's width, which ArUco's least size goes by
+Cell = tuple[str, float, float]
+CELLS: dict[Cell, float] = {
+    ("ID", STANDARD_MA, 20.0): 1.0, ("ID", STANDARD_MA, 25.0): 0.0,
+    ("ID", HIGH_MA, 30.0): 1.0, ("ID", HIGH_MA, 35.0): 0.0, ("ID", LOW_MA, 20.0): 0.0,
+    ("2D", STANDARD_MA, 2.5): 1.0, ("2D", STANDARD_MA, 5.0): 0.0, ("2D", HIGH_MA, 2.5): 0.0,
+    ("2D", LOW_MA, 2.5): 1.0, ("2D", LOW_MA, 5.0): 0.4, ("2D", STANDARD_MA, 1.0): 1.0,
+    ("2D", HIGH_MA, 1.0): 1.0, ("2D", HIGH_MA, 5.0): 0.0, ("2D", STANDARD_MA, 7.5): 0.0,
+}  # fmt: skip
+"""What a candidate is tried on, in this order: kind, current and distance, with an accuracy that lacks nothing."""
+PERIODS = {"ID": 10, "2D": 20}
+FAR_PX = (96, 72)  # sensor for the ID's cells; the 2D ones need the paper's width, which ArUco's least size goes by
 NEAR_PX = (1280, 200)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """Values for the constants that are fitted, see `constants.csv`."""
+    """Values for the constants that are fitted, see `constants.csv`; an LED of None is found from the ID's ranges."""
 
-    led_to_ambient: float
+    led_to_ambient: float | None = None
     blur_px: float
+    halo_fraction: float
     time_constant_us: float
+    threshold_spread: float
     aruco_id: int
 
 
-def candidates(
-    led_to_ambient: Iterable[float],
-    blur_px: Iterable[float],
-    time_constant_us: Iterable[float],
-    aruco_id: Iterable[int],
-) -> Iterator[Candidate]:
-    """Values of each constant in, every combination out."""
-    for led, blur, tau, aruco in product(led_to_ambient, blur_px, time_constant_us, aruco_id):
-        yield Candidate(led_to_ambient=led, blur_px=blur, time_constant_us=tau, aruco_id=aruco)
+def in_the_file() -> Candidate:
+    """Nothing in, the values that `constants.csv` has out."""
+    values = {field.name: constant(field.name) for field in fields(Candidate)}
+    return Candidate(**{**values, "aruco_id": round(values["aruco_id"])})  # type: ignore[arg-type]
+
+
+def drawn_candidates(n: int, rng: np.random.Generator) -> list[Candidate]:
+    """So many candidates, each constant but the LED's brightness drawn evenly from its range."""
+    return [_candidate(rng.random(5)) for _ in range(n)]
+
+
+def neighbours(candidate: Candidate, n: int, rng: np.random.Generator) -> list[Candidate]:
+    """A candidate in; so many with its pattern, everything else a tenth of its range away or so, out."""
+    held = _shares(candidate)
+    moved = np.clip(held + 0.1 * rng.standard_normal((n, held.size)), 0, 1)
+    return [replace(_candidate(shares), aruco_id=candidate.aruco_id) for shares in moved]
+
+
+def _ranges() -> tuple[list[str], np.ndarray[Any, np.dtype[np.float64]]]:
+    """Names of the constants that are drawn, and their ranges, shape (names, 2)."""
+    names = [field.name for field in fields(Candidate) if field.name != "led_to_ambient"]
+    return names, np.array([(all_constants()[name].low, all_constants()[name].high) for name in names])
+
+
+def _candidate(shares: np.ndarray[Any, np.dtype[np.float64]]) -> Candidate:
+    """Where each constant lies in its range, 0 .. 1, in; the candidate, three digits each, out."""
+    names, ranges = _ranges()
+    values = ranges[:, 0] + shares * (ranges[:, 1] - ranges[:, 0])
+    named = {name: float(f"{value:.3g}") for name, value in zip(names, values, strict=True)}
+    return Candidate(**{**named, "aruco_id": min(round(named["aruco_id"]), 49)})  # type: ignore[arg-type]
+
+
+def _shares(candidate: Candidate) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """A candidate in; where each of its drawn constants lies in its range, 0 .. 1, out."""
+    names, ranges = _ranges()
+    values = np.array([getattr(candidate, name) for name in names], float)
+    return np.asarray((values - ranges[:, 0]) / (ranges[:, 1] - ranges[:, 0]))
 
 
 def candidate_scene(scene: Scene, candidate: Candidate, size_px: tuple[int, int]) -> Scene:
-    """A scene and a candidate in, the scene with its constants, on a sensor of another size, out."""
+    """A scene and a candidate with an LED in, the scene with its constants on a sensor of another size out."""
+    assert candidate.led_to_ambient is not None
     return replace(
         with_pattern(scene, candidate.aruco_id),
         light=replace(scene.light, led_to_ambient=candidate.led_to_ambient),
-        optics=replace(scene.optics, blur_px=candidate.blur_px, width=size_px[0], height=size_px[1]),
-        pixel_model=replace(scene.pixel_model, time_constant_us=candidate.time_constant_us),
-    )
+        optics=replace(
+            scene.optics, blur_px=candidate.blur_px, halo_fraction=candidate.halo_fraction,
+            width=size_px[0], height=size_px[1],
+        ),
+        pixel_model=replace(
+            scene.pixel_model,
+            time_constant_us=candidate.time_constant_us, threshold_spread=candidate.threshold_spread,
+        ),
+    )  # fmt: skip
 
 
-def cell_accuracy(candidate: Candidate, current_ma: float, distance_m: float, plate: bool, seeds: int) -> float:
-    """A candidate and a cell of Fig. 8 in; accuracy of the 2D marker, or of the ID, over seeds and periods out."""
-    periods = 2 if plate else 5
-    right = 0
-    for seed in range(seeds):
+def cell_accuracy(candidate: Candidate, cell: Cell, seeds: Iterable[int]) -> float:
+    """A candidate with an LED, a cell of Fig. 8 and seeds in; its accuracy out."""
+    kind, current_ma, distance_m = cell
+    shares = []
+    for seed in seeds:
         condition = Condition(figure="08", distance_m=distance_m, current_ma=current_ma)
-        scene = candidate_scene(scene_of(condition, seed), candidate, NEAR_PX if plate else FAR_PX)
-        judged = judged_periods(scene, condition, seed, periods, plate)
-        right += int(judged["marker_2d_right" if plate else "id_right"].sum())
-    return right / (seeds * periods)
+        scene = candidate_scene(scene_of(condition, seed), candidate, NEAR_PX if kind == "2D" else FAR_PX)
+        judged = judged_periods(scene, condition, seed, PERIODS[kind], kind == "2D")
+        shares.append(float(judged["marker_2d_right" if kind == "2D" else "id_right"].mean()))
+    return float(np.mean(shares))
 
 
 def judged_periods(scene: Scene, condition: Condition, seed: int, periods: int, detect_2d: bool) -> pd.DataFrame:
@@ -94,66 +152,129 @@ def judged_periods(scene: Scene, condition: Condition, seed: int, periods: int, 
     return score(sightings, lambda t_us: truth_at(scene, t_us), Periods(start_us=0, count=periods))
 
 
-def fig_8_cells(candidate: Candidate, seeds: int = 10) -> dict[str, float]:
-    """A candidate in, the accuracies of Fig. 8's telling cells out, by name ("2D 10.7 mA 2.5 m", "ID ...")."""
-    found = {}
-    for kind, cells in (("2D", PLATE_CELLS), ("ID", ID_CELLS)):
-        for current_ma, distance_m in cells:
-            name = f"{kind} {current_ma:g} mA {distance_m:g} m"
-            found[name] = cell_accuracy(candidate, current_ma, distance_m, kind == "2D", seeds)
-    return found
+def with_led(candidate: Candidate, seeds: Iterable[int]) -> Candidate:
+    """A candidate in; the same with an LED so bright that its ID's two ranges end in the middle of where they must.
+
+    The brightness is looked for by halving its range in the logarithm; more light never reads less far.
+    """
+    seeds = list(seeds)
+    low, high = np.log([all_constants()["led_to_ambient"].low, all_constants()["led_to_ambient"].high])
+    ends = [cell for cell in CELLS if cell[0] == "ID" and cell[1] != LOW_MA]
+    for _ in range(LED_STEPS):
+        middle = (low + high) / 2
+        tried = replace(candidate, led_to_ambient=float(f"{np.exp(middle):.3g}"))
+        if sum(cell_accuracy(tried, cell, seeds) - CELLS[cell] for cell in ends) > 0:
+            high = middle
+        else:
+            low = middle
+    return replace(candidate, led_to_ambient=float(f"{np.exp((low + high) / 2):.3g}"))
 
 
-def misfit(cells: dict[str, float]) -> dict[str, float]:
-    """Accuracies of `fig_8_cells` in; what each claim of Fig. 8 lacks, and the sum, out; 0 is none.
+def try_candidate(candidate: Candidate, seed: int) -> list[dict[str, Any]]:
+    """A candidate and the number of a block of seeds in; one row, its constants and its cells by name, out.
+
+    Cells are tried in the order of `CELLS` until what is lacking is more than `GIVE_UP`; the others are left out.
+    """
+    cv2.setNumThreads(1)  # candidates are tried side by side
+    seeds = range(FIRST_SEED + seed * SEEDS, FIRST_SEED + (seed + 1) * SEEDS)
+    if candidate.led_to_ambient is None:
+        candidate = with_led(candidate, seeds)
+    found: dict[Cell, float] = {}
+    for cell in CELLS:
+        found[cell] = cell_accuracy(candidate, cell, seeds)
+        if misfit(found)["sum"] > GIVE_UP:
+            break
+    return [{**vars(candidate), **{cell_name(cell): accuracy for cell, accuracy in found.items()}}]
+
+
+def cell_name(cell: Cell) -> str:
+    """A cell in, its name in tables ("2D 10.7 mA 2.5 m") out."""
+    kind, current_ma, distance_m = cell
+    return f"{kind} {current_ma:g} mA {distance_m:g} m"
+
+
+def misfit(found: Mapping[Cell, float]) -> dict[str, float]:
+    """Accuracies of cells in; what each claim of Fig. 8 lacks, and the sum, out; 0 is none.
+
+    A cell that is not there is taken to lack nothing, so what is lacking then is the least it may be.
 
     Examples
     --------
-    >>> cells = {f"2D {ma:g} mA {d:g} m": float(d < 5) for ma, d in PLATE_CELLS}
-    >>> cells |= {f"ID {ma:g} mA {d:g} m": float(d in (20, 30)) for ma, d in ID_CELLS}
-    >>> {name: round(lacks, 2) for name, lacks in misfit(cells).items() if lacks}  # the three 2D ranges are one
-    {'F8.6': 0.6, 'sum': 0.6}
+    >>> flat = {("2D", current_ma, 5.0): 0.0 for current_ma in (LOW_MA, STANDARD_MA)}
+    >>> {name: round(lacks, 2) for name, lacks in misfit(flat).items() if lacks}  # two 2D ranges are one
+    {'F8.6': 0.3, 'sum': 0.3}
     """
-
-    def at(kind: str, current_ma: float, distance_m: float) -> float:
-        return cells[f"{kind} {current_ma:g} mA {distance_m:g} m"]
+    cells = {**CELLS, **found}
 
     def ends(kind: str, current_ma: float, last_m: float, next_m: float) -> float:
-        inside, outside = at(kind, current_ma, last_m), at(kind, current_ma, next_m)
+        inside, outside = cells[kind, current_ma, last_m], cells[kind, current_ma, next_m]
         return max(0.0, 0.5 + MARGIN - inside) + max(0.0, outside - (0.5 - MARGIN))
 
-    ranges = [
-        half_distances(np.array(ds), np.array([[at("2D", current_ma, d) for d in ds]]))[0]
-        for current_ma in paper.FIG_8_CURRENTS_MA
-        for ds in [[d for ma, d in PLATE_CELLS if ma == current_ma]]
-    ]
+    ranges = []
+    for current_ma in paper.FIG_8_CURRENTS_MA:
+        at = sorted(d for kind, ma, d in CELLS if (kind, ma) == ("2D", current_ma))
+        ranges.append(half_distances(np.array(at), np.array([[cells["2D", current_ma, d] for d in at]]))[0])
     lacks = {
-        "F8.1": sum(1 - at("2D", STANDARD_MA, d) for d in (1.0, 2.5)),
-        "F8.2": at("2D", STANDARD_MA, 7.5),
+        "F8.1": sum(1 - cells["2D", STANDARD_MA, d] for d in (1.0, 2.5)),
+        "F8.2": cells["2D", STANDARD_MA, 7.5],
         "F8.3": ends("ID", STANDARD_MA, 20.0, 25.0),
         "F8.4": ends("ID", HIGH_MA, 30.0, 35.0),
-        "F8.5": at("ID", LOW_MA, 15.0) * 0.5,
-        "F8.6": float(sum(max(0.0, STEP_M - (more - less)) for more, less in pairwise(ranges))),
+        "F8.5": max(0.0, cells["ID", LOW_MA, 20.0] - (0.5 - MARGIN)),
+        "F8.6": float(sum(max(0.0, STEP_M - (less - more)) for less, more in pairwise(ranges))),
         "A2": ends("2D", STANDARD_MA, 2.5, 5.0),
     }
     return {**lacks, "sum": sum(lacks.values())}
 
 
-def calibrate(tried: Iterable[Candidate], jobs: int, seeds: int = 10) -> pd.DataFrame:
-    """Candidates in; a row for each, its constants, its cells and what it lacks, the best first, out."""
-    tried = list(tried)
-    found = Parallel(n_jobs=jobs, return_as="generator")(delayed(fig_8_cells)(one, seeds) for one in tried)
+def calibrate(store: str | Path, jobs: int, draws: int = DRAWS) -> pd.DataFrame:
+    """Where finished candidates are kept, and how many to try at a time, in; a row for each, the best first, out.
+
+    Returns
+    -------
+    DataFrame
+        The constants; ``blocks``, how many blocks of seeds it was tried with; its cells (nan where it was given up
+        before), and what each claim lacks. Those of the last round come first.
+    """
+    rng = np.random.default_rng(0)
+    first = _tried(drawn_candidates(draws, rng), (0,), store, jobs)
+    near = [one for best in _best(first) for one in neighbours(best, NEIGHBOURS, rng)]
+    both = pd.concat([first, _tried(near, (0,), store, jobs)], ignore_index=True)
+    last = _tried(_best(both), AGAIN, store, jobs)
+    again = both.merge(last[_names()], on=_names(), how="left", indicator=True)["_merge"] == "both"
+    return pd.concat([_sorted(last), _sorted(both[~again.to_numpy()])], ignore_index=True)
+
+
+def judge(candidate: Candidate, store: str | Path, jobs: int) -> pd.DataFrame:
+    """One candidate in, its row as in the last round of `calibrate` out."""
+    return _tried([candidate], AGAIN, store, jobs)
+
+
+def _names() -> list[str]:
+    """The constants' names."""
+    return [field.name for field in fields(Candidate)]
+
+
+def _tried(candidates: list[Candidate], blocks: tuple[int, ...], store: str | Path, jobs: int) -> pd.DataFrame:
+    """Candidates, each tried with these blocks of seeds: a row for each, means over the blocks, and its misfit."""
+    trials = [(candidate, block) for candidate in candidates for block in blocks]
+    result = sweep(try_candidate, trials, store, jobs=jobs, data_files=("bicode_lab/constants.csv",))
+    if result.failures:
+        raise RuntimeError(result.failure_line())
     rows = []
-    for candidate, cells in zip(tried, tqdm(found, total=len(tried), unit=" candidates", disable=None), strict=True):
-        rows.append({**vars(candidate), **cells, **misfit(cells)})
-    return pd.DataFrame(rows).sort_values("sum", kind="stable").reset_index(drop=True)
+    for values, group in result.table.groupby(_names(), sort=False):
+        found = {cell: group[cell_name(cell)].mean() for cell in CELLS if cell_name(cell) in group}
+        known = {cell: float(accuracy) for cell, accuracy in found.items() if not np.isnan(accuracy)}
+        told = {cell_name(cell): known.get(cell, np.nan) for cell in CELLS}
+        rows.append({**dict(zip(_names(), values, strict=True)), "blocks": len(blocks), **told, **misfit(known)})
+    return pd.DataFrame(rows)
 
 
-def in_the_file() -> Candidate:
-    """Nothing in, the values that `constants.csv` has out."""
-    return Candidate(
-        led_to_ambient=constant("led_to_ambient"),
-        blur_px=constant("blur_px"),
-        time_constant_us=constant("time_constant_us"),
-        aruco_id=round(constant("aruco_id")),
-    )
+def _sorted(table: pd.DataFrame) -> pd.DataFrame:
+    """Rows in, the least misfit first."""
+    return table.sort_values("sum", kind="stable")
+
+
+def _best(table: pd.DataFrame) -> list[Candidate]:
+    """Rows in, the `BEST` candidates out."""
+    rows = _sorted(table).head(BEST)[_names()].to_dict("records")
+    return [Candidate(**{**row, "aruco_id": int(row["aruco_id"])}) for row in rows]  # type: ignore[misc,arg-type]
