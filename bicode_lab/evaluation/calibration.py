@@ -277,4 +277,4 @@ def _sorted(table: pd.DataFrame) -> pd.DataFrame:
 def _best(table: pd.DataFrame) -> list[Candidate]:
     """Rows in, the `BEST` candidates out."""
     rows = _sorted(table).head(BEST)[_names()].to_dict("records")
-    return [Candidate(**{**row, "aruco_id": int(row["aruco_id"])}) for row in rows]  # type: ignore[misc,arg-type]
+    return [Candidate(**{**row, "aruco_id": int(row["aruco_id"])}) for row in rows]  # type: ignore[arg-type]

@@ -108,6 +108,13 @@ def half_pan_deg(condition: Condition) -> float:
     return float(np.rad2deg(np.arctan(edge)))
 
 
+def whole_s(condition: Condition) -> float:
+    """A condition that moves in; how long the pan from entering to leaving, or half a turn, takes, out."""
+    if condition.rpm:
+        return 30 / condition.rpm
+    return float(np.deg2rad(2 * half_pan_deg(condition)) * condition.distance_m / condition.speed_m_per_s)
+
+
 def begins_at_s(condition: Condition, seed: int) -> float:
     """A condition and a seed in; how long after the marker has come into view, or begun to turn, the recording begins.
 
@@ -115,8 +122,7 @@ def begins_at_s(condition: Condition, seed: int) -> float:
     """
     if not condition.speed_m_per_s:
         return 0.0
-    whole_s = np.deg2rad(2 * half_pan_deg(condition)) * condition.distance_m / condition.speed_m_per_s
-    rest_s = max(whole_s - condition.duration_s, 0.0)
+    rest_s = max(whole_s(condition) - condition.duration_s, 0.0)
     at = (seed % STRATA + np.random.default_rng([seed, 4]).random()) / STRATA
     return float(at * rest_s)
 

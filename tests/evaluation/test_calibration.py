@@ -1,54 +1,80 @@
-"""The fit to Fig. 8: what a candidate changes, what a misfit is, and that the file's constants are the ones tried."""
+"""The fit to Fig. 8: what is drawn, what a candidate changes, what a misfit is, and in which order it is searched."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from bicode_lab import paper
-from bicode_lab.constants import constant
+from bicode_lab.constants import all_constants, constant
 from bicode_lab.evaluation import calibration
 from bicode_lab.evaluation.calibration import (
-    ID_CELLS,
-    LOW_MA,
+    CELLS,
+    FIRST_SEED,
     NEAR_PX,
-    PLATE_CELLS,
-    STANDARD_MA,
     Candidate,
+    Cell,
     calibrate,
     candidate_scene,
-    candidates,
     cell_accuracy,
+    cell_name,
+    drawn_candidates,
     in_the_file,
     misfit,
+    neighbours,
+    try_candidate,
+    with_led,
 )
+from bicode_lab.evaluation.experiments import conditions, seeds
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.sweep import Sweep
 
-PERFECT = {
-    **{f"2D {ma:g} mA {d:g} m": 1.0 for ma, d in PLATE_CELLS if d <= 2.5},
-    **{f"2D {ma:g} mA {d:g} m": 0.0 for ma, d in PLATE_CELLS if d > 2.5},
-    "2D 5.5 mA 5 m": 0.4,  # ranges of about 4.6, 3.8 and 1.8 m
-    "2D 21.3 mA 2.5 m": 0.0,
-    **{f"ID {ma:g} mA {d:g} m": float((ma, d) in {(10.7, 20.0), (21.3, 30.0)}) for ma, d in ID_CELLS},
-}
 WORSE = [  # a cell, what would be wrong of it, and the claims that must notice
-    ("2D 10.7 mA 1 m", 0.9, {"F8.1"}),
-    ("2D 10.7 mA 2.5 m", 0.6, {"F8.1", "A2"}),
-    ("2D 10.7 mA 5 m", 0.6, {"F8.6", "A2"}),
-    ("2D 10.7 mA 7.5 m", 0.2, {"F8.2"}),
-    ("2D 21.3 mA 2.5 m", 1.0, {"F8.6"}),
-    ("ID 5.5 mA 15 m", 0.5, {"F8.5"}),
-    ("ID 10.7 mA 20 m", 0.5, {"F8.3"}),
-    ("ID 10.7 mA 25 m", 0.4, {"F8.3"}),
-    ("ID 21.3 mA 30 m", 0.6, {"F8.4"}),
-    ("ID 21.3 mA 35 m", 1.0, {"F8.4"}),
+    (("2D", 10.7, 1.0), 0.9, {"F8.1"}),
+    (("2D", 10.7, 2.5), 0.6, {"F8.1", "A2"}),
+    (("2D", 10.7, 5.0), 0.6, {"F8.6", "A2"}),
+    (("2D", 10.7, 7.5), 0.2, {"F8.2"}),
+    (("2D", 21.3, 2.5), 1.0, {"F8.6"}),
+    (("2D", 5.5, 2.5), 0.4, {"F8.6"}),
+    (("ID", 5.5, 20.0), 0.5, {"F8.5"}),
+    (("ID", 10.7, 20.0), 0.5, {"F8.3"}),
+    (("ID", 10.7, 25.0), 0.4, {"F8.3"}),
+    (("ID", 21.3, 30.0), 0.6, {"F8.4"}),
+    (("ID", 21.3, 35.0), 1.0, {"F8.4"}),
 ]
+PLAIN = Candidate(
+    led_to_ambient=0.8, blur_px=0.9, halo_fraction=0.03, time_constant_us=150.0, threshold_spread=0.03, aruco_id=17
+)
 
 
-def test_candidates_are_every_combination() -> None:
-    found = list(candidates((0.5, 1.0), (0.9,), (100.0, 150.0), (17, 34)))
-    assert len(found) == len(set(found)) == 8
-    assert found[0] == Candidate(led_to_ambient=0.5, blur_px=0.9, time_constant_us=100.0, aruco_id=17)
+def test_candidates_are_drawn_from_the_ranges_of_the_file_and_their_led_is_still_to_be_found() -> None:
+    drawn = drawn_candidates(400, np.random.default_rng(0))
+    assert drawn == drawn_candidates(400, np.random.default_rng(0))
+    assert {one.led_to_ambient for one in drawn} == {None}
+    for name in ("blur_px", "halo_fraction", "time_constant_us", "threshold_spread", "aruco_id"):
+        low, high = all_constants()[name].low, all_constants()[name].high
+        values = np.array([getattr(one, name) for one in drawn], float)
+        assert low <= values.min()
+        assert values.max() <= high
+        # of 400 even draws the least and the most miss a tenth of the range with a chance of 0.9^400
+        assert values.min() < low + 0.1 * (high - low)
+        assert values.max() > high - 0.1 * (high - low)
+
+
+def test_neighbours_keep_the_pattern_and_stay_in_the_ranges() -> None:
+    edge = replace(PLAIN, blur_px=all_constants()["blur_px"].high)
+    near = neighbours(edge, 200, np.random.default_rng(1))
+    assert {one.aruco_id for one in near} == {PLAIN.aruco_id}
+    assert max(one.blur_px for one in near) == edge.blur_px
+    low, high = all_constants()["time_constant_us"].low, all_constants()["time_constant_us"].high
+    moved = (np.array([one.time_constant_us for one in near]) - PLAIN.time_constant_us) / (high - low)
+    assert abs(moved.mean()) < 4 * 0.1 / np.sqrt(200)
+    assert moved.std() == pytest.approx(0.1, rel=4 / np.sqrt(400))
 
 
 def test_the_file_is_the_candidate_in_use() -> None:
@@ -63,62 +89,108 @@ def test_the_file_is_the_candidate_in_use() -> None:
 
 def test_a_candidates_scene_has_its_values_and_nothing_else_is_changed() -> None:
     scene = scene_of(Condition(figure="08", distance_m=5.0, current_ma=21.3), seed=0)
-    candidate = Candidate(led_to_ambient=1.23, blur_px=0.77, time_constant_us=111.0, aruco_id=5)
+    candidate = Candidate(
+        led_to_ambient=1.23, blur_px=0.77, halo_fraction=0.044, time_constant_us=111.0, threshold_spread=0.021,
+        aruco_id=5,
+    )  # fmt: skip
     changed = candidate_scene(scene, candidate, (96, 72))
     assert changed.light.led_to_ambient == 1.23
-    assert changed.optics.blur_px == 0.77
+    assert (changed.optics.blur_px, changed.optics.halo_fraction) == (0.77, 0.044)
     assert changed.pixel_model.time_constant_us == 111.0
+    assert changed.pixel_model.threshold_spread == 0.021
     assert changed.markers[0].marker.board.aruco_id == 5
     assert (changed.optics.width, changed.optics.height) == (96, 72)
     before, after = scene.markers[0], changed.markers[0]
     assert after.path == before.path
     assert (after.marker.payload, after.marker.phase_us) == (before.marker.payload, before.marker.phase_us)
     assert after.marker.current_ma == 21.3
-    assert changed.optics.focal_px == scene.optics.focal_px
     back = candidate_scene(changed, in_the_file(), (scene.optics.width, scene.optics.height))
     assert back.light == scene.light
     assert back.optics == scene.optics
+    assert back.pixel_model == scene.pixel_model
 
 
 def test_what_fig_8_asks_for_lacks_nothing() -> None:
-    assert misfit(PERFECT) == dict.fromkeys(misfit(PERFECT), 0.0)
+    assert misfit(CELLS) == dict.fromkeys(misfit(CELLS), 0.0)
+    assert misfit({}) == misfit(CELLS)
 
 
 @pytest.mark.parametrize(("cell", "accuracy", "claims"), WORSE)
-def test_a_cell_that_is_off_is_noticed_by_its_claims_and_no_other(cell: str, accuracy: float, claims: set[str]) -> None:
-    lacks = misfit({**PERFECT, cell: accuracy})
+def test_a_cell_that_is_off_is_noticed_by_its_claims_and_no_other(
+    cell: Cell, accuracy: float, claims: set[str]
+) -> None:
+    lacks = misfit({cell: accuracy})
     assert {name for name, value in lacks.items() if value > 1e-9} - {"sum"} == claims
     assert lacks["sum"] == pytest.approx(sum(lacks[name] for name in claims))
 
 
-@pytest.mark.parametrize("cell", sorted(PERFECT))
-def test_a_misfit_is_never_negative_and_asks_for_cells_of_fig_8_only(cell: str) -> None:
-    for accuracy in np.linspace(0, 1, 6):
-        assert all(lacks >= 0 for lacks in misfit({**PERFECT, cell: float(accuracy)}).values())
-    missing = {name: value for name, value in PERFECT.items() if name != cell}
-    with pytest.raises(KeyError, match=cell):
-        misfit(missing)
-
-
-def test_only_conditions_of_fig_8_are_tried() -> None:
-    assert {ma for ma, _ in (*PLATE_CELLS, *ID_CELLS)} == set(paper.FIG_8_CURRENTS_MA)
-    assert {(ma, d) for ma, d in ID_CELLS if ma == LOW_MA} == {(LOW_MA, 15.0)}
+def test_only_conditions_of_fig_8_are_tried_with_seeds_that_no_figure_uses() -> None:
+    grid = {(condition.current_ma, condition.distance_m) for condition in conditions("08")}
+    assert {(current_ma, distance_m) for _, current_ma, distance_m in CELLS} <= grid
+    assert {current_ma for _, current_ma, _ in CELLS} == set(paper.FIG_8_CURRENTS_MA)
     assert NEAR_PX[0] == 1280  # ArUco's least size is a share of the larger side
+    assert all(max(seeds(one)) < FIRST_SEED for figure in ("08", "09", "12", "14") for one in conditions(figure))
 
 
-def test_without_light_no_cell_is_right_and_with_much_of_it_the_id_is() -> None:
-    dark = Candidate(led_to_ambient=0.001, blur_px=0.9, time_constant_us=150.0, aruco_id=17)
-    bright = Candidate(led_to_ambient=1.5, blur_px=0.6, time_constant_us=100.0, aruco_id=17)
-    assert cell_accuracy(dark, STANDARD_MA, 20.0, plate=False, seeds=1) == 0
-    assert cell_accuracy(bright, STANDARD_MA, 15.0, plate=False, seeds=1) == 1
+def test_without_light_no_id_is_right_and_with_much_of_it_all_are() -> None:
+    far = ("ID", 10.7, 20.0)
+    assert cell_accuracy(replace(PLAIN, led_to_ambient=0.001), far, range(1)) == 0
+    assert cell_accuracy(replace(PLAIN, led_to_ambient=3.0, blur_px=0.6), far, range(1)) == 1
 
 
-def test_the_best_candidate_comes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    def cells(candidate: Candidate, seeds: int) -> dict[str, float]:
-        return {**PERFECT, "ID 10.7 mA 20 m": candidate.led_to_ambient}
+def test_the_led_is_found_where_the_ranges_end_in_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:
+    def reads(candidate: Candidate, cell: Cell, _: object) -> float:
+        assert candidate.led_to_ambient is not None
+        range_m = 22.5 * np.sqrt(candidate.led_to_ambient / 0.9 * cell[1] / 10.7)
+        return float(np.clip(0.5 + (range_m - cell[2]) / 5, 0, 1))
 
-    monkeypatch.setattr(calibration, "fig_8_cells", cells)
-    found = calibrate(candidates((0.2, 0.6, 0.4), (0.9,), (150.0,), (17,)), jobs=1, seeds=1)
-    assert list(found["led_to_ambient"]) == [0.6, 0.4, 0.2]
-    assert found["sum"].is_monotonic_increasing
-    assert {"F8.1", "F8.6", "A2", "ID 10.7 mA 20 m"} <= set(found)
+    monkeypatch.setattr(calibration, "cell_accuracy", reads)
+    found = with_led(replace(PLAIN, led_to_ambient=None), range(2))
+    # at 0.9 the four accuracies sum to 2 within what the two currents' ranges (22.5 and 31.7 m) leave
+    assert found.led_to_ambient == pytest.approx(0.93, rel=0.05)
+    assert replace(found, led_to_ambient=None) == replace(PLAIN, led_to_ambient=None)
+
+
+def test_a_candidate_that_lacks_too_much_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[Cell] = []
+
+    def reads(_: Candidate, cell: Cell, seeds: range) -> float:
+        tried.append(cell)
+        assert min(seeds) == FIRST_SEED + 2 * calibration.SEEDS
+        return CELLS[cell] if cell[0] == "ID" else 0.0
+
+    monkeypatch.setattr(calibration, "cell_accuracy", reads)
+    (row,) = try_candidate(PLAIN, 2)
+    last = ("2D", 10.7, 2.5)
+    assert tried[-1] == last
+    assert tried == list(CELLS)[: len(tried)]
+    assert row["ID 10.7 mA 20 m"] == 1.0
+    assert row[cell_name(last)] == 0.0
+    assert "2D 10.7 mA 5 m" not in row
+
+
+def test_the_search_goes_on_from_the_best_and_judges_them_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    asked: list[tuple[Candidate, int]] = []
+
+    def run(_: object, trials: list[tuple[Candidate, int]], *__: object, **___: object) -> Sweep:
+        asked.extend(trials)
+        rows: list[dict[str, Any]] = []
+        for candidate, block in trials:
+            led = 0.8 if candidate.led_to_ambient is None else candidate.led_to_ambient
+            plate = max(0.0, 1 - abs(candidate.blur_px - 1.0)) * (1.0 if block == 0 else 0.9)
+            cells = {**{cell_name(cell): accuracy for cell, accuracy in CELLS.items()}, "2D 10.7 mA 2.5 m": plate}
+            rows.append({**vars(candidate), "led_to_ambient": led, **cells})
+        return Sweep(table=pd.DataFrame(rows))
+
+    monkeypatch.setattr(calibration, "sweep", run)
+    table = calibrate(tmp_path / "none.sqlite", jobs=1, draws=30)
+    n, near, best = 30, calibration.BEST * calibration.NEIGHBOURS, calibration.BEST
+    assert [block for _, block in asked] == [0] * (n + near) + list(calibration.AGAIN) * best
+    assert len(table) == n + near
+    assert list(table["blocks"][: best + 1]) == [3] * best + [1]
+    first = table[table["blocks"] == 3]
+    assert first["sum"].is_monotonic_increasing
+    assert abs(first["blur_px"].iloc[0] - 1.0) == (table["blur_px"] - 1.0).abs().min()
+    assert first["2D 10.7 mA 2.5 m"].max() <= 0.9  # of the last round alone

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from bicode_lab import paper
-from bicode_lab.constants import constant
+from bicode_lab.constants import all_constants, constant
+from bicode_lab.evaluation import constant_readings
+from bicode_lab.evaluation.calibration import FIRST_SEED
 from bicode_lab.evaluation.constant_readings import (
     accuracy_in_time,
     accuracy_over,
     conditions_of,
+    fitted,
     turning_rate_mev_per_s,
     with_value,
 )
@@ -38,11 +43,35 @@ def test_each_is_read_where_its_claim_is() -> None:
 
 @pytest.mark.parametrize(("name", "much", "little"), [("edge_glow", 4.0, 0.0), ("infrared_share_evening", 0.02, 50.0)])
 def test_much_light_is_read_and_little_is_not(name: str, much: float, little: float) -> None:
-    table = accuracy_over(name, (little, much), seeds=2)
+    table = accuracy_over(name, (little, much), range(2))
     near = table[table["distance_m"] == table["distance_m"].min()].set_index("value")["accuracy"]
     assert near[little] == 0
     assert near[much] > 0.5
     assert (table["low"] <= table["accuracy"]).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_constant_is_fitted_to_where_its_claim_s_accuracies_sum_to_what_is_wanted(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right = 0.7 * all_constants()[name].high
+
+    def read(_: str, values: list[float], seeds: range) -> pd.DataFrame:
+        assert min(seeds) == FIRST_SEED
+        more = np.sign(np.log(values[0] / right)) * (1 if name == "edge_glow" else -1)
+        return pd.DataFrame({"accuracy": np.full(len(conditions_of(name)), 0.5 + 0.3 * more)})
+
+    monkeypatch.setattr(constant_readings, "accuracy_over", read)
+    span = np.log(all_constants()[name].high / all_constants()[name].low)
+    assert abs(np.log(fitted(name) / right)) < span / 2**constant_readings.HALVINGS
+
+
+def test_the_computer_is_as_fast_as_the_nearest_marker_asks_for() -> None:
+    limit = fitted("processing_mev_per_s")
+    rate = turning_rate_mev_per_s(0.5, 64.0, FIRST_SEED)
+    assert accuracy_in_time(rate, limit, 64) == pytest.approx(constant_readings.MORE_THAN_70, abs=0.002)
+    with pytest.raises(ValueError, match="name='blur_px' is not fitted here"):
+        fitted("blur_px")
 
 
 def test_a_near_marker_makes_more_events_and_loses_more_periods() -> None:

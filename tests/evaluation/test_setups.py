@@ -9,7 +9,16 @@ from bicode_lab import paper
 from bicode_lab.camera import truth_at
 from bicode_lab.constants import constant
 from bicode_lab.evaluation.experiments import conditions, seeds
-from bicode_lab.evaluation.setups import STRATA, Condition, begins_at_s, half_pan_deg, light_of, optics_of, scene_of
+from bicode_lab.evaluation.setups import (
+    STRATA,
+    Condition,
+    begins_at_s,
+    half_pan_deg,
+    light_of,
+    optics_of,
+    scene_of,
+    whole_s,
+)
 
 PANS, SPINS = conditions("12"), conditions("14")
 ALL_FIGURES = ("08", "09", "10", "11", "12", "14")
@@ -70,17 +79,32 @@ def test_each_stretch_of_a_pan_has_the_marker_in_view_from_its_beginning_to_its_
 
 @pytest.mark.parametrize("condition", PANS, ids=name_of)
 def test_stretches_share_the_pan_from_entering_to_leaving(condition: Condition) -> None:
-    whole_s = whole_pan_s(condition)
-    rest_s = max(whole_s - condition.duration_s, 0.0)
+    way_s = whole_pan_s(condition)
+    rest_s = max(way_s - condition.duration_s, 0.0)
     begins_s = np.array([begins_at_s(condition, seed) for seed in seeds(condition)])
     parts = np.clip(np.floor(begins_s / (rest_s / STRATA)), 0, STRATA - 1) if rest_s else np.arange(STRATA)
     assert sorted(parts) == list(range(STRATA))  # one in each tenth: the first enters, the last leaves
-    assert begins_s.max() + condition.duration_s <= whole_s + max(condition.duration_s - whole_s, 0) + 1e-9
+    assert begins_s.max() + condition.duration_s <= way_s + max(condition.duration_s - way_s, 0) + 1e-9
     if 2 * rest_s / STRATA <= condition.duration_s:  # near: long enough to overlap, whatever the draws
         starts, ends = np.sort(begins_s), np.sort(begins_s) + condition.duration_s
         assert (starts[1:] <= ends[:-1]).all()
         assert starts[0] <= rest_s / STRATA
-        assert ends[-1] >= whole_s - rest_s / STRATA
+        assert ends[-1] >= way_s - rest_s / STRATA
+
+
+@pytest.mark.parametrize("condition", PANS, ids=name_of)
+def test_a_whole_pan_has_the_marker_wholly_in_view_and_no_more(condition: Condition) -> None:
+    scene, early_s = scene_of(condition, 0), begins_at_s(condition, 0)
+    for end_s in (-early_s, whole_s(condition) - early_s):
+        corners_px = truth_at(scene, end_s * 1e6)[0].corners_px
+        beyond_px = min(corners_px[:, 0].min(), optics_of(condition).width - 1 - corners_px[:, 0].max())
+        side_px = condition.size_m / condition.distance_m * optics_of(condition).focal_px
+        assert 0 <= beyond_px <= side_px + 5
+
+
+@pytest.mark.parametrize("condition", SPINS, ids=name_of)
+def test_a_whole_turn_is_its_recording(condition: Condition) -> None:
+    assert whole_s(condition) == condition.duration_s
 
 
 @pytest.mark.parametrize("condition", [PANS[0], PANS[-1]], ids=name_of)

@@ -8,7 +8,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from bicode_lab.evaluation.calibration import ID_CELLS, PLATE_CELLS, Candidate, in_the_file
+from bicode_lab.constants import constant
+from bicode_lab.evaluation.calibration import AGAIN, BEST, CELLS, NEIGHBOURS, Candidate, cell_name, in_the_file
+from bicode_lab.evaluation.constant_readings import WANTED
+from bicode_lab.evaluation.sweep import Sweep
 from bicode_lab.lab import command_calibrate
 from bicode_lab.lab.cli import main
 
@@ -16,16 +19,21 @@ Calibrate = Callable[..., tuple[object, str, str]]
 
 
 @pytest.fixture
-def tried(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Candidate, int]]:
-    """What was tried: candidate and seeds; each brighter LED reads every ID a little better."""
+def tried(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[Candidate, int]]:
+    """What was tried: candidates and blocks of seeds; the sharper the lens, the better."""
     asked: list[tuple[Candidate, int]] = []
 
-    def cells(candidate: Candidate, seeds: int) -> dict[str, float]:
-        asked.append((candidate, seeds))
-        plates = {f"2D {ma:g} mA {d:g} m": float(d <= 2.5) for ma, d in PLATE_CELLS}
-        return plates | {f"ID {ma:g} mA {d:g} m": candidate.led_to_ambient / 2 for ma, d in ID_CELLS}
+    def run(_: object, trials: list[tuple[Candidate, int]], store: Path, **__: object) -> Sweep:
+        assert store == tmp_path / command_calibrate.STORE
+        asked.extend(trials)
+        cells = {cell_name(cell): accuracy for cell, accuracy in CELLS.items()}
+        rows = [
+            {**vars(one), "led_to_ambient": 0.7, **cells, "2D 10.7 mA 1 m": 1 - one.blur_px / 2} for one, _ in trials
+        ]
+        return Sweep(table=pd.DataFrame(rows))
 
-    monkeypatch.setattr("bicode_lab.evaluation.calibration.fig_8_cells", cells)
+    monkeypatch.setattr("bicode_lab.evaluation.calibration.sweep", run)
+    monkeypatch.setattr(command_calibrate, "repository_root", lambda: tmp_path)
     return asked
 
 
@@ -43,40 +51,45 @@ def run(capsys: pytest.CaptureFixture[str]) -> Calibrate:
 
 
 def test_only_the_files_constants_are_tried_and_nothing_is_written(
-    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(command_calibrate, "repository_root", lambda: tmp_path)
-    code, out, err = run("--only-current", "--seeds", "1", "--jobs", "1")
+    code, out, err = run("--only-current", "--jobs", "1")
     assert (code, err) == (0, "")
-    assert tried == [(in_the_file(), 1)]
-    assert f"{in_the_file().led_to_ambient:g}" in out
+    assert tried == [(in_the_file(), block) for block in AGAIN]
+    assert f"{in_the_file().blur_px:g}" in out
     assert not list(tmp_path.iterdir())
 
 
 def test_all_candidates_are_written_the_best_first(
-    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
 ) -> None:
     (tmp_path / "figures").mkdir()
-    monkeypatch.setattr(command_calibrate, "repository_root", lambda: tmp_path)
-    code, out, _ = run("--seeds", "2", "--jobs", "1")
+    code, out, _ = run("--draws", "20", "--jobs", "1")
     assert code == 0
     table = pd.read_csv(tmp_path / command_calibrate.TABLE)
-    assert len(table) == len(tried) == len({candidate for candidate, _ in tried})
-    assert {seeds for _, seeds in tried} == {2}
-    assert table["sum"].is_monotonic_increasing
-    assert f"all {len(tried)} candidates: calibration.csv" in out
+    assert len(table) == 20 + BEST * NEIGHBOURS
+    assert table["blur_px"].iloc[0] == table["blur_px"].min()
+    assert f"all {len(table)} candidates: calibration.csv" in out
 
 
 def test_the_table_goes_where_it_is_asked_to(
     run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
 ) -> None:
     path = tmp_path / "mine.csv"
-    assert run("--only-current", "--seeds", "1", "--jobs", "1", "--out", str(path))[0] == 0
+    assert run("--only-current", "--jobs", "1", "--out", str(path))[0] == 0
     (row,) = pd.read_csv(path).to_dict("records")
-    assert {name: row[name] for name in vars(in_the_file())} == vars(in_the_file())
+    assert row["blur_px"] == in_the_file().blur_px
 
 
-@pytest.mark.parametrize("words", [("--seeds", "0"), ("--jobs", "0"), ("--seeds", "many"), ("0.8",)])
+def test_what_fig_8_cannot_see_is_fitted_to_its_claims(run: Calibrate, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command_calibrate, "fitted", lambda name: float(len(name)))
+    code, out, _ = run("--beyond")
+    assert code == 0
+    assert [line.split(":")[0] for line in out.splitlines()] == [*WANTED, "processing_mev_per_s"]
+    assert f"edge_glow: 9 (in the file: {constant('edge_glow'):g})" in out
+
+
+@pytest.mark.parametrize("words", [("--draws", "0"), ("--jobs", "0"), ("--draws", "many"), ("0.8",)])
 def test_misuse_is_one_line(run: Calibrate, tried: list[tuple[Candidate, int]], words: tuple[str, ...]) -> None:
     code, _, err = run(*words)
     assert code == 2
