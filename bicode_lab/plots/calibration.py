@@ -11,27 +11,31 @@ from matplotlib.ticker import NullFormatter, NullLocator
 STYLES = (("#0072B2", "o", "-"), ("#D55E00", "s", "--"), ("#009E73", "^", "-."), ("#CC79A7", "D", ":"))
 
 
-def draw_misfit(table: pd.DataFrame, chosen: tuple[float, float] | None, ax: Axes) -> Axes:
-    """Candidates' misfits in; a curve over the LED's brightness for each blur and pattern, the chosen one ringed, out.
+def draw_misfit(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, most: float) -> Axes:
+    """Candidates' misfits in; a point for each over one of its constants, and the value in use as a line, out.
 
     Parameters
     ----------
     table : DataFrame
-        ``led_to_ambient``, ``blur_px``, ``aruco_id``, ``sum``; a row for each candidate.
-    chosen : tuple or None
-        LED to ambient and misfit of the candidate that is in use; None where it was not tried.
+        As `calibration.calibrate` gives it: the constants, ``blocks``, cells (nan where it was given up), ``sum``.
+    in_use : float
     ax : Axes
+    by : str
+        The constant.
+    most : float
+        Where the axis ends; a misfit above is drawn there.
     """
-    groups = table.sort_values("led_to_ambient").groupby(["blur_px", "aruco_id"])
-    for (key, group), (color, mark, line) in zip(groups, STYLES * len(table), strict=False):
-        blur_px, aruco_id = key
-        label = f"blur {blur_px:g} px, pattern {aruco_id:g}"
-        ax.plot(group["led_to_ambient"], group["sum"], color=color, marker=mark, linestyle=line, label=label)
-    if chosen is not None:
-        ax.plot(*chosen, "o", color="black", markerfacecolor="none", markersize=14, label="in use")
-    ax.set(xlabel="LED over ambient light, 10.7 mA and 350 lx", ylabel="what Fig. 8's claims lack (sum)")
-    ax.set_ylim(bottom=0)
-    ax.legend()
+    given_up = table.isna().any(axis=1)
+    again = ~given_up & (table["blocks"] > table["blocks"].min())
+    kinds = (
+        ("given up (at least)", given_up, {"marker": "^", "color": "0.6", "markerfacecolor": "none", "markersize": 4}),
+        ("tried once", ~given_up & ~again, {"marker": "o", "color": "#0072B2", "markersize": 5}),
+        ("tried again", again, {"marker": "D", "color": "#D55E00", "markersize": 6}),
+    )
+    for label, rows, style in kinds:
+        ax.plot(table.loc[rows, by], table.loc[rows, "sum"].clip(upper=most), linestyle="none", label=label, **style)
+    ax.axvline(in_use, color="black", linewidth=1, label="in use")
+    ax.set(xlabel=by, ylabel="what Fig. 8's claims lack (sum)", ylim=(0, most * 1.04))
     return ax
 
 

@@ -18,14 +18,14 @@ def lines_of(ax: Axes) -> dict[str, list[tuple[float, float]]]:
     }
 
 
-def test_each_blur_and_pattern_has_its_curve_over_rising_light_and_the_chosen_one_a_ring() -> None:
-    rows = [(0.8, 0.9, 17, 0.3), (0.7, 0.9, 17, 0.1), (0.7, 0.9, 34, 0.5), (0.7, 0.75, 17, 0.2)]
-    table = pd.DataFrame(rows, columns=["led_to_ambient", "blur_px", "aruco_id", "sum"])
-    lines = lines_of(draw_misfit(table, (0.7, 0.1), Figure().subplots()))
-    assert lines["blur 0.9 px, pattern 17"] == [(0.7, 0.1), (0.8, 0.3)]
-    assert lines["blur 0.75 px, pattern 17"] == [(0.7, 0.2)]
-    assert lines["in use"] == [(0.7, 0.1)]
-    assert "in use" not in lines_of(draw_misfit(table, None, Figure().subplots()))
+def test_candidates_are_points_of_three_kinds_and_the_value_in_use_a_line() -> None:
+    rows = [(0.8, 3, 0.9, 0.1), (0.9, 1, 0.8, 0.3), (1.0, 1, np.nan, 0.7), (1.1, 1, np.nan, 5.0)]
+    table = pd.DataFrame(rows, columns=["blur_px", "blocks", "2D 10.7 mA 1 m", "sum"])
+    lines = lines_of(draw_misfit(table, 0.8, Figure().subplots(), by="blur_px", most=1.0))
+    assert lines["tried again"] == [(0.8, 0.1)]
+    assert lines["tried once"] == [(0.9, 0.3)]
+    assert lines["given up (at least)"] == [(1.0, 0.7), (1.1, 1.0)]
+    assert [x for x, _ in lines["in use"]] == [0.8, 0.8]
 
 
 def test_readings_have_bars_and_the_value_in_use() -> None:
