@@ -28,6 +28,7 @@ from bicode_lab.evaluation.accuracy import over_seeds
 from bicode_lab.evaluation.calibration import FAR_PX, FIRST_SEED, judged_periods
 from bicode_lab.evaluation.processing_limit import HITS, delay_periods
 from bicode_lab.evaluation.setups import Condition, scene_of
+from bicode_lab.evaluation.trials import receiver_settings
 
 PERIODS = 5  # of each seed
 WANTED = {"edge_glow": 1.0, "infrared_share_office": 0.5, "infrared_share_evening": 0.5}  # 10 m read, 15 m not; half
@@ -105,7 +106,7 @@ def accuracy_over(name: str, values: Iterable[float], seeds: Iterable[int]) -> p
     rows: list[dict[str, Any]] = []
     for value, condition, seed in tqdm(cells, desc=name, unit=" trials", disable=None):
         scene = with_value(scene_of(condition, seed), name, value)
-        right = int(judged_periods(scene, condition, seed, PERIODS, False)["id_right"].sum())
+        right = int(judged_periods(scene, receiver_settings(condition), seed, PERIODS, False)["id_right"].sum())
         rows.append({"name": name, "value": value, "distance_m": condition.distance_m,
                      "periods": PERIODS, "id_right": right})  # fmt: skip
     return over_seeds(pd.DataFrame(rows), ["name", "value", "distance_m"])

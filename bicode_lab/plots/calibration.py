@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -27,7 +28,7 @@ def draw_misfit(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, most: 
     """
     given_up = table.isna().any(axis=1)
     again = ~given_up & (table["blocks"] > table["blocks"].min())
-    kinds = (
+    kinds: tuple[tuple[str, pd.Series[bool], dict[str, Any]], ...] = (
         ("given up (at least)", given_up, {"marker": "^", "color": "0.6", "markerfacecolor": "none", "markersize": 4}),
         ("tried once", ~given_up & ~again, {"marker": "o", "color": "#0072B2", "markersize": 5}),
         ("tried again", again, {"marker": "D", "color": "#D55E00", "markersize": 6}),
