@@ -16,6 +16,7 @@ from bicode_lab.evaluation import calibration
 from bicode_lab.evaluation.calibration import (
     CELLS,
     FIRST_SEED,
+    NAMES,
     NEAR_PX,
     Candidate,
     Cell,
@@ -28,7 +29,6 @@ from bicode_lab.evaluation.calibration import (
     misfit,
     neighbours,
     try_candidate,
-    with_led,
 )
 from bicode_lab.evaluation.experiments import conditions, seeds
 from bicode_lab.evaluation.setups import Condition, scene_of
@@ -48,15 +48,14 @@ WORSE = [  # a cell, what would be wrong of it, and the claims that must notice
     (("ID", 21.3, 35.0), 1.0, {"F8.4"}),
 ]
 PLAIN = Candidate(
-    led_to_ambient=0.8, blur_px=0.9, halo_fraction=0.03, time_constant_us=150.0, threshold_spread=0.03, aruco_id=17
+    led_to_ambient=0.8, blur_px=0.9, halo_fraction=0.03, time_constant_us=150.0, aruco_id=17, opening_px=3
 )
 
 
-def test_candidates_are_drawn_from_the_ranges_of_the_file_and_their_led_is_still_to_be_found() -> None:
+def test_candidates_are_drawn_from_the_ranges_of_the_file() -> None:
     drawn = drawn_candidates(400, np.random.default_rng(0))
     assert drawn == drawn_candidates(400, np.random.default_rng(0))
-    assert {one.led_to_ambient for one in drawn} == {None}
-    for name in ("blur_px", "halo_fraction", "time_constant_us", "threshold_spread", "aruco_id"):
+    for name in NAMES:
         low, high = all_constants()[name].low, all_constants()[name].high
         values = np.array([getattr(one, name) for one in drawn], float)
         assert low <= values.min()
@@ -64,12 +63,14 @@ def test_candidates_are_drawn_from_the_ranges_of_the_file_and_their_led_is_still
         # of 400 even draws the least and the most miss a tenth of the range with a chance of 0.9^400
         assert values.min() < low + 0.1 * (high - low)
         assert values.max() > high - 0.1 * (high - low)
+    openings = np.bincount([one.opening_px for one in drawn])[3:6]
+    assert np.abs(openings - 400 / 3).max() < 4 * np.sqrt(400 * 2 / 9)
 
 
 def test_neighbours_keep_the_pattern_and_stay_in_the_ranges() -> None:
     edge = replace(PLAIN, blur_px=all_constants()["blur_px"].high)
     near = neighbours(edge, 200, np.random.default_rng(1))
-    assert {one.aruco_id for one in near} == {PLAIN.aruco_id}
+    assert {(one.aruco_id, one.opening_px) for one in near} == {(PLAIN.aruco_id, PLAIN.opening_px)}
     assert max(one.blur_px for one in near) == edge.blur_px
     low, high = all_constants()["time_constant_us"].low, all_constants()["time_constant_us"].high
     moved = (np.array([one.time_constant_us for one in near]) - PLAIN.time_constant_us) / (high - low)
@@ -90,14 +91,12 @@ def test_the_file_is_the_candidate_in_use() -> None:
 def test_a_candidates_scene_has_its_values_and_nothing_else_is_changed() -> None:
     scene = scene_of(Condition(figure="08", distance_m=5.0, current_ma=21.3), seed=0)
     candidate = Candidate(
-        led_to_ambient=1.23, blur_px=0.77, halo_fraction=0.044, time_constant_us=111.0, threshold_spread=0.021,
-        aruco_id=5,
+        led_to_ambient=1.23, blur_px=0.77, halo_fraction=0.044, time_constant_us=111.0, aruco_id=5, opening_px=4
     )  # fmt: skip
     changed = candidate_scene(scene, candidate, (96, 72))
     assert changed.light.led_to_ambient == 1.23
     assert (changed.optics.blur_px, changed.optics.halo_fraction) == (0.77, 0.044)
     assert changed.pixel_model.time_constant_us == 111.0
-    assert changed.pixel_model.threshold_spread == 0.021
     assert changed.markers[0].marker.board.aruco_id == 5
     assert (changed.optics.width, changed.optics.height) == (96, 72)
     before, after = scene.markers[0], changed.markers[0]
@@ -138,17 +137,11 @@ def test_without_light_no_id_is_right_and_with_much_of_it_all_are() -> None:
     assert cell_accuracy(replace(PLAIN, led_to_ambient=3.0, blur_px=0.6), far, range(1)) == 1
 
 
-def test_the_led_is_found_where_the_ranges_end_in_the_middle(monkeypatch: pytest.MonkeyPatch) -> None:
-    def reads(candidate: Candidate, cell: Cell, _: object) -> float:
-        assert candidate.led_to_ambient is not None
-        range_m = 22.5 * np.sqrt(candidate.led_to_ambient / 0.9 * cell[1] / 10.7)
-        return float(np.clip(0.5 + (range_m - cell[2]) / 5, 0, 1))
-
-    monkeypatch.setattr(calibration, "cell_accuracy", reads)
-    found = with_led(replace(PLAIN, led_to_ambient=None), range(2))
-    # at 0.9 the four accuracies sum to 2 within what the two currents' ranges (22.5 and 31.7 m) leave
-    assert found.led_to_ambient == pytest.approx(0.93, rel=0.05)
-    assert replace(found, led_to_ambient=None) == replace(PLAIN, led_to_ambient=None)
+def test_an_opening_that_is_larger_reads_less_far() -> None:
+    far = ("ID", 10.7, 20.0)
+    bright = replace(PLAIN, led_to_ambient=1.6)
+    assert cell_accuracy(bright, far, range(1)) == 1
+    assert cell_accuracy(replace(bright, opening_px=12), far, range(1)) == 0
 
 
 def test_a_candidate_that_lacks_too_much_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,15 +171,14 @@ def test_the_search_goes_on_from_the_best_and_judges_them_again(
         asked.extend(trials)
         rows: list[dict[str, Any]] = []
         for candidate, block in trials:
-            led = 0.8 if candidate.led_to_ambient is None else candidate.led_to_ambient
             plate = max(0.0, 1 - abs(candidate.blur_px - 1.0)) * (1.0 if block == 0 else 0.9)
             cells = {**{cell_name(cell): accuracy for cell, accuracy in CELLS.items()}, "2D 10.7 mA 2.5 m": plate}
-            rows.append({**vars(candidate), "led_to_ambient": led, **cells})
+            rows.append({**vars(candidate), **cells})
         return Sweep(table=pd.DataFrame(rows))
 
     monkeypatch.setattr(calibration, "sweep", run)
     table = calibrate(tmp_path / "none.sqlite", jobs=1, draws=30)
-    n, near, best = 30, calibration.BEST * calibration.NEIGHBOURS, calibration.BEST
+    n, near, best = 30, calibration.ROUNDS * calibration.BEST * calibration.NEIGHBOURS, calibration.BEST
     assert [block for _, block in asked] == [0] * (n + near) + list(calibration.AGAIN) * best
     assert len(table) == n + near
     assert list(table["blocks"][: best + 1]) == [3] * best + [1]
