@@ -13,15 +13,18 @@ from tqdm import tqdm
 
 from bicode_lab.lab.bench_clock import Watch, machine
 from bicode_lab.lab.bench_rows import GROUPS, Row
+from bicode_lab.lab.bench_whole import evaluation_row, notebook_row, worker_row
 from bicode_lab.lab.notebook import repository_root
 
+LONG = {"workers": worker_row, "notebooks": notebook_row, "evaluation": evaluation_row}
 IDLE = 0.1  # others' share of the machine up to which its figures may be quoted
 
 
 @click.command()
 @click.option("--save", is_flag=True, help="Keep the table in benchmarks/, named after day and processor.")
-@click.option("--only", type=click.Choice(list(GROUPS)), multiple=True, help="These rows alone.")
-def bench(save: bool, only: tuple[str, ...]) -> None:
+@click.option("--long", is_flag=True, help="Also workers, notebooks and the whole evaluation: half an hour.")
+@click.option("--only", type=click.Choice([*GROUPS, *LONG]), multiple=True, help="These rows alone.")
+def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
     """Measure receiver, generator, start and memory on this machine, one core each.
 
     Figures are by processor time, the best of some repeats, those by the clock beside them; on an
@@ -31,8 +34,9 @@ def bench(save: bool, only: tuple[str, ...]) -> None:
     cv2.setNumThreads(1)
     watch = Watch()
     rows: list[Row] = []
-    for group in tqdm(only or list(GROUPS), unit=" groups", disable=None):
-        for row in GROUPS[group]():
+    every = {**GROUPS, **LONG}
+    for group in tqdm(only or list(every if long else GROUPS), unit=" groups", disable=None):
+        for row in every[group]():
             rows.append(row)
             tqdm.write(_line(row))
     about = machine()

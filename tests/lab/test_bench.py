@@ -1,6 +1,7 @@
 """``bicode bench``: what it measures with is right, and so is what it is compared with; seconds are not judged."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,11 +10,13 @@ from bicode_lab.camera import PixelModel, Recorder
 from bicode_lab.event_codes import EventCoder
 from bicode_lab.events import check_events, slice_time
 from bicode_lab.lab import bench_streams as streams
-from bicode_lab.lab import command_bench, cost
+from bicode_lab.lab import bench_whole, command_bench, cost
 from bicode_lab.lab.bench_clock import Timing, Watch, machine, time_in_turn
 from bicode_lab.lab.bench_rows import GROUPS, Row, plain, rate_row, time_row
 from bicode_lab.lab.cli import main
+from bicode_lab.lab.figure_table import FIGURES
 from bicode_lab.lab.least_cost import _touch, _touch_ahead, least_ns
+from bicode_lab.lab.runner import NotebookRun
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recognition.accumulate import cut
@@ -120,6 +123,37 @@ def test_the_command_prints_and_keeps_its_rows(monkeypatch, tmp_path, capsys):
     table = json.loads(kept.read_text(encoding="utf-8"))
     assert table["rows"][0]["name"] == "nothing"
     assert {"when", "processor", "others", "numpy"} <= set(table)
+
+
+def test_whole_sweeps_are_timed_from_empty_stores(monkeypatch):
+    stores = []
+
+    def table(figure, quick, jobs, store):
+        assert not store.exists()
+        assert store.parent.is_dir()
+        stores.append((figure, quick, jobs, store))
+
+    monkeypatch.setattr(bench_whole, "figure_table", table)
+    (row,) = bench_whole.worker_row()
+    asked = [(figure, quick, jobs) for figure, quick, jobs, _ in stores]
+    assert asked == [(figure, True, jobs) for jobs in (1, 2) * bench_whole.TURNS for figure in FIGURES]
+    assert len({store for *_, store in stores}) == 2 * bench_whole.TURNS
+    assert row.measured > 0
+    assert (row.unit, row.reach, row.at_least) == ("x", 1.7, True)
+    stores.clear()
+    (row,) = bench_whole.evaluation_row()
+    assert [(figure, quick) for figure, quick, *_ in stores] == [(figure, False) for figure in FIGURES]
+    assert 0 <= row.measured < 1
+    assert row.unit == "min"
+
+
+def test_all_notebooks_are_timed(monkeypatch):
+    done = NotebookRun(notebook=Path("a.ipynb"), output=Path("b.ipynb"), seconds=1.0, error="it fails")
+    monkeypatch.setattr(bench_whole, "run_all", lambda quick, jobs, only: [done] if quick and not only else [])
+    (row,) = bench_whole.notebook_row()
+    assert "all 1 notebooks" in row.what
+    assert row.beside == "1 failed"
+    assert row.is_met
 
 
 def test_costs_are_tables_of_what_was_asked_for():

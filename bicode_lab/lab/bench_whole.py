@@ -1,0 +1,74 @@
+"""Rows of ``bicode bench`` that take minutes: the paper's whole evaluation, two workers against one, every notebook."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from bicode_lab.lab.bench_clock import Timing, Watch
+from bicode_lab.lab.bench_rows import Row
+from bicode_lab.lab.figure_table import FIGURES, default_jobs, figure_table
+from bicode_lab.lab.runner import run_all
+
+TURNS = 2  # the quick grids are run so many times, with one worker and with two in turn
+
+Result = TypeVar("Result")
+
+
+def evaluation_row() -> Iterator[Row]:
+    """Figures 8 to 14 at the paper's scale, from an empty store, on all cores."""
+    jobs = default_jobs()
+    timing = sweep_all(quick=False, jobs=jobs)
+    what = f"the paper's whole evaluation at full scale, {jobs} workers"
+    yield minutes_row(timing, name="evaluation", what=what, reach=20.0)
+
+
+def worker_row() -> Iterator[Row]:
+    """The quick grids of all figures with one worker and with two, in turn."""
+    taken: dict[int, list[Timing]] = {1: [], 2: []}
+    for jobs in (1, 2) * TURNS:
+        taken[jobs].append(sweep_all(quick=True, jobs=jobs))
+    alone, together = (min(timing.wall_s for timing in taken[jobs]) for jobs in (1, 2))
+    every = [timing for timings in taken.values() for timing in timings]
+    yield Row(name="workers", what="quick grids of all figures, two workers against one", reach=1.7, at_least=True,
+              measured=alone / together, by_clock=alone / together, unit="x",
+              beside=f"{alone:.0f} s with one, {together:.0f} s with two",
+              others=max(timing.others for timing in every), load=every[-1].load)  # fmt: skip
+
+
+def notebook_row() -> Iterator[Row]:
+    """Every notebook with its short settings, as `make figures` runs them once it has installed."""
+    timing, runs = timed(partial(run_all, quick=True, jobs=os.cpu_count() or 1, only=""))
+    failed = sum(not run.succeeded for run in runs)
+    yield minutes_row(timing, name="notebooks", what=f"all {len(runs)} notebooks, short settings", reach=8.0,
+                      beside=f"{failed} failed")  # fmt: skip
+
+
+def minutes_row(timing: Timing, *, name: str, what: str, reach: float, beside: str = "-") -> Row:
+    """A timing of many processes in; a row of minutes by the clock, since that is what is waited for, out."""
+    minutes = timing.wall_s / 60
+    return Row(name=name, what=what, reach=reach, at_least=False, measured=minutes, by_clock=minutes, unit="min",
+               beside=beside, others=timing.others, load=timing.load)  # fmt: skip
+
+
+def sweep_all(quick: bool, jobs: int) -> Timing:
+    """A scale and a number of workers in; how long all figures' trials took from an empty store out."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = partial(figure_table, quick=quick, jobs=jobs, store=Path(folder) / "sweeps.sqlite")
+        return timed(lambda: [run(figure) for figure in FIGURES])[0]
+
+
+def timed(work: Callable[[], Result]) -> tuple[Timing, Result]:
+    """Work that starts processes in; how long it took, with theirs, and what it gave out."""
+    watch, before, started = Watch(), os.times(), time.perf_counter()
+    result = work()
+    cpu_s = sum(os.times()[:4]) - sum(before[:4])
+    timing = Timing(
+        cpu_s=cpu_s, wall_s=time.perf_counter() - started, others=watch.others(), load=os.getloadavg()[0]
+    )  # fmt: skip
+    return timing, result
