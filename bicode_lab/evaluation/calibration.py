@@ -247,8 +247,9 @@ def _tried(candidates: list[Candidate], blocks: tuple[int, ...], store: str | Pa
 
 
 def _sorted(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows in, the least misfit first."""
-    return table.sort_values("sum", kind="stable")
+    """Rows in; those that were tried on the longest first, of these the least misfit, out."""
+    missing = table.isna().sum(axis=1)
+    return table.assign(missing=missing).sort_values(["missing", "sum"], kind="stable").drop(columns="missing")
 
 
 def _best(table: pd.DataFrame) -> list[Candidate]:
