@@ -35,8 +35,12 @@ BOTH_FRAMES = ("08", "12", "14")
 
 
 def receiver_settings(condition: Condition) -> ReceiverSettings:
-    """A condition in, the receiver of the reproduction out: the paper's times, an opening, nothing denoised."""
-    return ReceiverSettings(pattern_size_m=condition.size_m, opening_px=round(constant("opening_px")))
+    """A condition in; the receiver of the reproduction, the paper's times, an opening, a least region, out."""
+    return ReceiverSettings(
+        pattern_size_m=condition.size_m,
+        opening_px=round(constant("opening_px")),
+        min_region_pixels=round(constant("min_region_pixels")),
+    )
 
 
 def run_trial(condition: Condition, seed: int) -> list[dict[str, Any]]:

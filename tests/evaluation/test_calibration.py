@@ -48,7 +48,7 @@ WORSE = [  # a cell, what would be wrong of it, and the claims that must notice
     (("ID", 21.3, 35.0), 1.0, {"F8.4"}),
 ]
 PLAIN = Candidate(
-    led_to_ambient=0.8, blur_px=0.9, halo_fraction=0.03, time_constant_us=150.0, aruco_id=17, opening_px=3
+    led_to_ambient=0.8, blur_px=0.9, halo_fraction=0.03, time_constant_us=150.0, aruco_id=17, min_region_pixels=3
 )
 
 
@@ -63,14 +63,14 @@ def test_candidates_are_drawn_from_the_ranges_of_the_file() -> None:
         # of 400 even draws the least and the most miss a tenth of the range with a chance of 0.9^400
         assert values.min() < low + 0.1 * (high - low)
         assert values.max() > high - 0.1 * (high - low)
-    openings = np.bincount([one.opening_px for one in drawn])[3:6]
-    assert np.abs(openings - 400 / 3).max() < 4 * np.sqrt(400 * 2 / 9)
+    least = np.bincount([one.min_region_pixels for one in drawn])[3:21]
+    assert np.abs(least - 400 / 18).max() < 5 * np.sqrt(400 / 18)
 
 
 def test_neighbours_keep_the_pattern_and_stay_in_the_ranges() -> None:
     edge = replace(PLAIN, blur_px=all_constants()["blur_px"].high)
     near = neighbours(edge, 200, np.random.default_rng(1))
-    assert {(one.aruco_id, one.opening_px) for one in near} == {(PLAIN.aruco_id, PLAIN.opening_px)}
+    assert {(one.aruco_id, one.min_region_pixels) for one in near} == {(PLAIN.aruco_id, PLAIN.min_region_pixels)}
     assert max(one.blur_px for one in near) == edge.blur_px
     low, high = all_constants()["time_constant_us"].low, all_constants()["time_constant_us"].high
     moved = (np.array([one.time_constant_us for one in near]) - PLAIN.time_constant_us) / (high - low)
@@ -91,7 +91,7 @@ def test_the_file_is_the_candidate_in_use() -> None:
 def test_a_candidates_scene_has_its_values_and_nothing_else_is_changed() -> None:
     scene = scene_of(Condition(figure="08", distance_m=5.0, current_ma=21.3), seed=0)
     candidate = Candidate(
-        led_to_ambient=1.23, blur_px=0.77, halo_fraction=0.044, time_constant_us=111.0, aruco_id=5, opening_px=4
+        led_to_ambient=1.23, blur_px=0.77, halo_fraction=0.044, time_constant_us=111.0, aruco_id=5, min_region_pixels=12
     )  # fmt: skip
     changed = candidate_scene(scene, candidate, (96, 72))
     assert changed.light.led_to_ambient == 1.23
@@ -137,11 +137,11 @@ def test_without_light_no_id_is_right_and_with_much_of_it_all_are() -> None:
     assert cell_accuracy(replace(PLAIN, led_to_ambient=3.0, blur_px=0.6), far, range(1)) == 1
 
 
-def test_an_opening_that_is_larger_reads_less_far() -> None:
+def test_a_least_region_that_is_larger_reads_less_far() -> None:
     far = ("ID", 10.7, 20.0)
     bright = replace(PLAIN, led_to_ambient=1.6)
     assert cell_accuracy(bright, far, range(1)) == 1
-    assert cell_accuracy(replace(bright, opening_px=12), far, range(1)) == 0
+    assert cell_accuracy(replace(bright, min_region_pixels=200), far, range(1)) == 0
 
 
 def test_a_candidate_that_lacks_too_much_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
