@@ -42,7 +42,7 @@ from bicode_lab.evaluation.sweep import sweep
 from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.recognition import ReceiverSettings, recognise
 
-DRAWS, BEST, NEIGHBOURS, ROUNDS = 1500, 12, 8, 2
+DRAWS, BEST, NEIGHBOURS, ROUNDS = 900, 12, 5, 2
 SEEDS = 4  # of a cell, each time that a candidate is tried
 FIRST_SEED = 1000  # figures use those below
 AGAIN = (1, 2, 3)  # blocks of seeds for the last round
