@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 
 from bicode_lab.camera import Optics, Pose
-from bicode_lab.constants import constant
 from bicode_lab.evaluation.link_budget import image_area_px, link_budget
+from bicode_lab.evaluation.setups import Condition
+from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.marker import Board
 from bicode_lab.paper import RANGES
-from bicode_lab.recognition import ReceiverSettings
 
 STEP, WIDEST = 1.25, 5.0  # of the search for a range
 
@@ -54,7 +54,7 @@ def range_m(of: Callable[[float], float], guess_m: float, share: float = 0.5) ->
 def paper_ranges(seed: int = 0) -> pd.DataFrame:
     """Nothing but a seed in; the paper's five ranges beside those of the budget out, a row each.
 
-    The receiver is that of the reproduced figures: it drops regions without a full square (`opening_px`).
+    The receiver is that of the reproduced figures: it drops small regions (`trials.receiver_settings`).
 
     Returns
     -------
@@ -62,7 +62,7 @@ def paper_ranges(seed: int = 0) -> pd.DataFrame:
         Condition (``section``, ``current_ma``, ``size_m``, ``yaw_deg``), ``paper_m``, ``budget_m`` (half of the
         periods right), ``share`` (projected over face area there) and ``light_ma`` (current times share).
     """
-    receiver = ReceiverSettings(opening_px=round(constant("opening_px")))
+    receiver = receiver_settings(Condition(figure="08", distance_m=1.0))
     rows = []
     for stated in RANGES:
         condition = stated._asdict()
