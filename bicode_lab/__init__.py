@@ -18,7 +18,10 @@ paper's Fig. 2, in order::
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from bicode_lab.kernel_cache import forget_stale_kernels
 
 _WHERE = {
     "Marker": "marker",
@@ -61,6 +64,9 @@ __all__ = [
     "spin",
     "to_table",
 ]
+
+
+forget_stale_kernels(Path(__file__).parent)
 
 
 def __getattr__(name: str) -> object:

@@ -15,6 +15,7 @@ MODULES = sorted(set(PACKAGE.rglob("*.py")) - FIRMWARE)
 # part: what it may import of the package. A part is a folder or a file of bicode_lab.
 KNOWS = {
     "constants": set(),
+    "kernel_cache": set(),
     "events": set(),
     "event_codes": {"events"},
     "paper": set(),
