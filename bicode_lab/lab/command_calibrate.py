@@ -37,7 +37,7 @@ def calibrate_command(draws: int, jobs: int | None, out: Path | None, only_curre
     store = repository_root() / STORE
     jobs = jobs or default_jobs()
     found = judge(in_the_file(), store, jobs) if only_current else calibrate(store, jobs, draws)
-    click.echo(found.round(2).head(10).T.to_string(header=False))
+    click.echo(found.round(3).head(10).T.to_string(header=False))
     if out or not only_current:
         path = out or repository_root() / TABLE
         found.to_csv(path, index=False, float_format="%.4g", lineterminator="\n")

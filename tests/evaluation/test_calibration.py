@@ -36,8 +36,8 @@ from bicode_lab.evaluation.sweep import Sweep
 
 WORSE = [  # a cell, what would be wrong of it, and the claims that must notice
     (("2D", 10.7, 1.0), 0.9, {"F8.1"}),
-    (("2D", 10.7, 2.5), 0.6, {"F8.1", "A2"}),
-    (("2D", 10.7, 5.0), 0.6, {"F8.6", "A2"}),
+    (("2D", 10.7, 2.5), 0.8, {"F8.1", "A2"}),
+    (("2D", 10.7, 5.0), 0.3, {"F8.6", "A2"}),
     (("2D", 10.7, 7.5), 0.2, {"F8.2"}),
     (("2D", 21.3, 2.5), 1.0, {"F8.6"}),
     (("2D", 5.5, 2.5), 0.4, {"F8.6"}),
@@ -149,7 +149,8 @@ def test_a_candidate_that_lacks_too_much_is_given_up(monkeypatch: pytest.MonkeyP
 
     def reads(_: Candidate, cell: Cell, seeds: range) -> float:
         tried.append(cell)
-        assert min(seeds) == FIRST_SEED + 2 * calibration.SEEDS
+        assert seeds == range(FIRST_SEED + 2 * len(seeds), FIRST_SEED + 3 * len(seeds))
+        assert len(seeds) == calibration.SEEDS[cell[0]]
         return CELLS[cell] if cell[0] == "ID" else 0.0
 
     monkeypatch.setattr(calibration, "cell_accuracy", reads)
@@ -178,11 +179,11 @@ def test_the_search_goes_on_from_the_best_and_judges_them_again(
 
     monkeypatch.setattr(calibration, "sweep", run)
     table = calibrate(tmp_path / "none.sqlite", jobs=1, draws=30)
-    n, near, best = 30, calibration.ROUNDS * calibration.BEST * calibration.NEIGHBOURS, calibration.BEST
+    n, near, best = 30, calibration.ROUNDS * calibration.BEST * calibration.NEIGHBOURS, calibration.LAST
     assert [block for _, block in asked] == [0] * (n + near) + list(calibration.AGAIN) * best
     assert len(table) == n + near
-    assert list(table["blocks"][: best + 1]) == [3] * best + [1]
-    first = table[table["blocks"] == 3]
+    assert list(table["blocks"][: best + 1]) == [4] * best + [1]
+    first = table[table["blocks"] == 4]
     assert first["sum"].is_monotonic_increasing
     assert abs(first["blur_px"].iloc[0] - 1.0) == (table["blur_px"] - 1.0).abs().min()
     assert first["2D 10.7 mA 2.5 m"].max() <= 0.9  # of the last round alone
