@@ -43,7 +43,7 @@ from bicode_lab.evaluation.sweep import sweep
 from bicode_lab.evaluation.trials import receiver_settings
 from bicode_lab.recognition import ReceiverSettings, recognise
 
-DRAWS, BEST, NEIGHBOURS, ROUNDS = 900, 12, 5, 2
+DRAWS, BEST, NEIGHBOURS, ROUNDS = 500, 10, 5, 2
 SEEDS = {"ID": 8, "2D": 4}  # of a cell, each time that a candidate is tried; far away no two seeds are alike
 FIRST_SEED = 1000  # figures use those below
 LAST, AGAIN = 8, (1, 2, 3, 4)  # how many are tried again, with these blocks of seeds
