@@ -118,9 +118,7 @@ def _receive_plainly(events: Events, settings: ReceiverSettings) -> int:
 
 def whole_row() -> Iterator[Row]:
     """All boxes: markers near enough for ArUco, and what fills the stream up to its rate."""
-    scene = streams.near_scene()
-    seen = record(scene, PERIODS * PERIOD_S, rng=0)
-    events = streams.filled_up(seen, WHOLE_MEV_PER_S, PERIODS * PERIOD_S)
+    events = streams.near_stream(WHOLE_MEV_PER_S, PERIODS * PERIOD_S)
     settings = ReceiverSettings()
     periods = [slice_time(events, k * 33_000, (k + 1) * 33_000) for k in range(PERIODS)]
     receiver = Receiver(settings)
@@ -145,7 +143,7 @@ def generator_rows() -> Iterator[Row]:
     """A 64x64 square of signal 1 and 6 on 128x128 pixels, and on the whole sensor with 5 Hz of noise a pixel."""
     seconds, plain_seconds = 0.5, 0.1
     scene = streams.square_scene(whole_sensor=False)
-    ours, theirs = time_in_turn(3, lambda: run(scene, seconds), lambda: _simulate_plainly(plain_seconds))
+    ours, theirs = time_in_turn(3, lambda: run(scene, seconds), lambda: simulate_plainly(plain_seconds))
     ratio = (theirs.cpu_s / plain_seconds) / (ours.cpu_s / seconds)
     yield rate_row(ours, run(scene, seconds) / 1e6, name="generator-patch", unit="Mev/s", reach=50.0,
                    what="generator, 128x128, square of 64x64, 1 dark and 6 lit, all noise",
@@ -157,7 +155,8 @@ def generator_rows() -> Iterator[Row]:
                    reach=1.3, unit="x real time", beside="-")  # fmt: skip
 
 
-def _simulate_plainly(seconds: float) -> int:
+def simulate_plainly(seconds: float) -> int:
+    """A length in, how many events the plain NumPy simulator makes of the square on 128x128 pixels out."""
     dark = np.ones((streams.PATCH_PX, streams.PATCH_PX))
     glow = np.zeros_like(dark)
     first = (streams.PATCH_PX - streams.SQUARE_PX) // 2

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bicode_lab.camera import Lamp, Light, Optics, PixelModel, Placed, Pose, Readout, Scene, Still, Wall, pan
+from bicode_lab.camera import Lamp, Light, Optics, PixelModel, Placed, Pose, Readout, Scene, Still, Wall, pan, record
 from bicode_lab.events import Events, make_events, merge
 from bicode_lab.marker import Board, LedWaveform, Marker
 
@@ -121,3 +121,8 @@ def filled_up(events: Events, mev_per_s: float, seconds: float) -> Events:
     inside = (x >= 0) & (x < WIDTH)
     lower = HEIGHT // 2 + y % (HEIGHT // 2)
     return merge(events, make_events(x[inside], lower[inside], p[inside], t_us[inside]))
+
+
+def near_stream(mev_per_s: float, seconds: float) -> Events:
+    """A rate and a length in; what the camera sees of the near scene, filled up to the rate, out."""
+    return filled_up(record(near_scene(), seconds, rng=0), mev_per_s, seconds)

@@ -18,6 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from bicode_lab.camera import Optics, PixelModel, Placed, Pose, Recorder, Scene, Still
+from bicode_lab.event_codes import EventCoder
 from bicode_lab.events import Events, slice_time
 from bicode_lab.lab.bench_streams import HEIGHT, PAYLOADS, WIDTH, six_markers
 from bicode_lab.marker import Marker
@@ -137,13 +138,18 @@ def receiver_boxes(events: Events, periods: int, settings: ReceiverSettings) -> 
     """Events of some periods in; the time of each box of the receiver for a period out [ms]."""
     finder, counter = RegionFinder(settings), LedCounter(settings.width, settings.height)
     parts = [slice_time(events, k * PERIOD_US, (k + 1) * PERIOD_US) for k in range(periods)]
-    shots = [slice_time(part, k * PERIOD_US, k * PERIOD_US + settings.delta_t_2d_us) for k, part in enumerate(parts)]
+    coders = [EventCoder(settings.width, settings.height) for _ in parts]
+    coded = [coder(part) for coder, part in zip(coders, parts, strict=True)]
+    shots = [c.between(k * PERIOD_US, k * PERIOD_US + settings.delta_t_2d_us) for k, c in enumerate(coded)]
     frames = [frame_2d(shot, settings) for shot in shots]
-    regions = [finder(part, k * PERIOD_US) for k, part in enumerate(parts)]
-    boxes = [[(r.x, r.y, r.w, r.h) for r in found] for found in regions]
+    boxes = [[(r.x, r.y, r.w, r.h) for r in finder(c, k * PERIOD_US)] for k, c in enumerate(coded)]
     bins = PERIOD_US // settings.delta_t_id_us
-    counts = [counter(part, box, k * PERIOD_US, bins, settings.delta_t_id_us)
-              for k, (part, box) in enumerate(zip(parts, boxes, strict=True))]  # fmt: skip
+
+    def count() -> list[Any]:
+        return [counter(c, box, k * PERIOD_US, bins, settings.delta_t_id_us)
+                for k, (c, box) in enumerate(zip(coded, boxes, strict=True))]  # fmt: skip
+
+    counts = count()
 
     def track() -> None:
         tracker = Tracker(settings.max_age, settings.min_iou)
@@ -151,12 +157,12 @@ def receiver_boxes(events: Events, periods: int, settings: ReceiverSettings) -> 
             tracker.update(box)
 
     work: dict[str, Callable[[], Any]] = {
+        "codes of events": lambda: [coder(part) for coder, part in zip(coders, parts, strict=True)],
         "a, b: frame": lambda: [frame_2d(shot, settings) for shot in shots],
         "c: ArUco, pose": lambda: [find_marker_2d(frame, settings) for frame in frames],
-        "d, e, f: regions": lambda: [finder(part, k * PERIOD_US) for k, part in enumerate(parts)],
+        "d, e, f: regions": lambda: [finder(c, k * PERIOD_US) for k, c in enumerate(coded)],
         "f: tracks": track,
-        "g: counts": lambda: [counter(part, box, k * PERIOD_US, bins, settings.delta_t_id_us)
-                              for k, (part, box) in enumerate(zip(parts, boxes, strict=True))],
+        "g: counts": count,
         "g: packets": lambda: [decode_packets(on, off, 0, settings.delta_t_id_us, settings.packet_format,
                                               gate=settings.led_gate)
                                for n_on, n_off in counts for on, off in zip(n_on, n_off, strict=True)],

@@ -102,7 +102,7 @@ def find_marker_2d(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings
     -------
     list of Marker2d
     """
-    corners, ids, _ = _detector(settings.dictionary).detectMarkers(to_image(frame, settings))
+    corners, ids, _ = aruco_detector(settings.dictionary).detectMarkers(to_image(frame, settings))
     found = []
     for number, quad in zip(np.ravel(ids if len(corners) else []), corners, strict=True):
         pose = find_pose(quad.reshape(4, 2), settings)
@@ -144,7 +144,7 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
 
 
 @lru_cache(maxsize=8)
-def _detector(dictionary: str) -> cv2.aruco.ArucoDetector:
+def aruco_detector(dictionary: str) -> cv2.aruco.ArucoDetector:
     """The name of a dictionary in, a detector with default parameters out."""
     return cv2.aruco.ArucoDetector(aruco_dictionary(dictionary), cv2.aruco.DetectorParameters())
 

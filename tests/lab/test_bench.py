@@ -10,12 +10,12 @@ from bicode_lab.camera import PixelModel, Recorder
 from bicode_lab.event_codes import EventCoder
 from bicode_lab.events import check_events, slice_time
 from bicode_lab.lab import bench_streams as streams
-from bicode_lab.lab import bench_whole, command_bench, cost
+from bicode_lab.lab import bench_whole, bounds, command_bench, cost, least_cost
 from bicode_lab.lab.bench_clock import Timing, Watch, machine, time_in_turn
 from bicode_lab.lab.bench_rows import GROUPS, Row, plain, rate_row, time_row
 from bicode_lab.lab.cli import main
 from bicode_lab.lab.figure_table import FIGURES
-from bicode_lab.lab.least_cost import _touch, _touch_ahead, least_ns
+from bicode_lab.lab.least_cost import UnsortedRecorder, _touch, _touch_ahead, least_generator_ns, least_ns
 from bicode_lab.lab.runner import NotebookRun
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import ReceiverSettings, recognise
@@ -162,7 +162,7 @@ def test_costs_are_tables_of_what_was_asked_for():
     assert cost.by_pixels([64], 0.02)["megapixels"].tolist() == [64 * 36 / 1e6]
     assert cost.by_length([0.02])["length_s"].tolist() == [0.02]
     boxes = cost.receiver_boxes(streams.six_markers(1.0, 0.033), 1, ReceiverSettings())
-    assert [name[0] for name in boxes.index] == ["a", "c", "d", "f", "g", "g"]
+    assert [name[0] for name in boxes.index] == ["c", "a", "c", "d", "f", "g", "g"]
     assert (boxes >= 0).all()
     parts = cost.generator_parts(streams.square_scene(whole_sensor=False), 0.02)
     assert parts["pixels"] > 0
@@ -180,3 +180,45 @@ def test_the_least_cost_is_of_loops_that_do_what_they_say():
     costs = least_ns(events, streams.WIDTH, streams.HEIGHT, repeats=1)
     assert len(costs) == 8
     assert (costs > 0).all()
+
+
+def test_the_generators_least_loops_do_what_they_say():
+    way, aim = np.array([0.1, 2.0, 30.0]), np.array([0.5, 1.0, 7.0])
+    out = np.empty(3)
+    least_cost._ways(way, aim, out, 1)
+    np.testing.assert_allclose(out, -way - np.log(aim), rtol=1e-9)
+    moments, at = np.array([2, 0, 2], np.int32), np.zeros(4, np.int32)
+    least_cost._count(moments, at)
+    assert at.tolist() == [1, 0, 2, 0]
+    target = np.empty((3, 2), np.int64)
+    least_cost._store(np.array([7, 8, 9], np.uint32), moments, np.array([1, 0, 2], np.int32), target)
+    assert target.tolist() == [[8, 0], [7, 2], [9, 2]]
+
+
+def test_the_unsorted_chunk_is_the_sorted_one_in_another_order():
+    scene = streams.square_scene(whole_sensor=False)
+    recorder = UnsortedRecorder(scene, 0.02, np.random.default_rng(0))
+    last = list(recorder)[-1]
+    assert (np.diff(recorder.moments) < 0).any()
+    order = np.argsort(recorder.moments, kind="stable")
+    np.testing.assert_array_equal(recorder.moments[order] + 10_000, last["t"])
+    where = last["y"].astype(np.int64) * streams.PATCH_PX + last["x"]
+    np.testing.assert_array_equal(recorder.codes[order], 2 * where + last["p"])
+    assert (least_generator_ns(scene, repeats=1) > 0).all()
+
+
+def test_the_bounds_stand_beside_what_is_taken():
+    settings = ReceiverSettings()
+    events = streams.near_stream(1.0, 0.033)
+    boxes = cost.receiver_boxes(events, 1, settings)
+    table = bounds.receiver_table(boxes, events, settings)
+    assert table.index.tolist() == boxes.index.tolist()
+    assert table["least_ns"].count() == 3
+    whole = bounds.whole_table(events, 1, settings)
+    assert (whole >= 0).all()
+    half_ms, chain_ms = bounds.two_core_bounds(whole)
+    assert half_ms < whole.sum()
+    assert chain_ms <= whole.sum()
+    assert bounds.whole_by_clock(events, 1, settings, repeats=1) > 0
+    plain_times = bounds.against_plain(streams.square_scene(whole_sensor=False), 0.02)
+    assert plain_times["asked_ns"] == pytest.approx(plain_times["takes_ns"] * plain_times["times"] / 50)
