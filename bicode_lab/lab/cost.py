@@ -71,14 +71,14 @@ def generate(scene: Scene, seconds: float, seed: int = 0) -> int:
 
 
 def by_events(mev_per_s: Sequence[float], periods: int, seed: int = 0) -> pd.DataFrame:
-    """Rates of a stream with six markers in; the receiver's time for a period, without ArUco, out [ms]."""
+    """Rates of a stream with six markers in; the receiver's time, without ArUco, and regions of a period out [ms]."""
     settings = ReceiverSettings(detect_2d=False)
     rows = []
     for rate in mev_per_s:
         events = six_markers(rate, periods * PERIOD_US * 1e-6, seed)
         ms = seconds_of(partial(receive, events, settings)) / periods * 1e3
-        rows.append((events.size / periods / 1e6, ms))
-    return pd.DataFrame(rows, columns=["mev_a_period", "receive_ms"])
+        rows.append((events.size / periods / 1e6, ms, receive(events, settings) / periods))
+    return pd.DataFrame(rows, columns=["mev_a_period", "receive_ms", "regions"])
 
 
 def by_markers(numbers: Sequence[int], seconds: float, seed: int = 0) -> pd.DataFrame:

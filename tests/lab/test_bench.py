@@ -157,7 +157,9 @@ def test_all_notebooks_are_timed(monkeypatch):
 
 
 def test_costs_are_tables_of_what_was_asked_for():
-    assert cost.by_events([0.5], 1)["mev_a_period"][0] == pytest.approx(0.5 * 0.033, rel=0.05)
+    (row,) = cost.by_events([0.5], 1).to_dict("records")
+    assert row["mev_a_period"] == pytest.approx(0.5 * 0.033, rel=0.05)
+    assert row["regions"] == 6
     assert cost.by_markers([1, 3], 0.02)["markers"].tolist() == [1, 3]
     assert cost.by_pixels([64], 0.02)["megapixels"].tolist() == [64 * 36 / 1e6]
     assert cost.by_length([0.02])["length_s"].tolist() == [0.02]
