@@ -179,7 +179,8 @@ def test_the_search_goes_on_from_the_best_and_judges_them_again(
 
     monkeypatch.setattr(calibration, "sweep", run)
     table = calibrate(tmp_path / "none.sqlite", jobs=1, draws=30)
-    n, near, best = 30, calibration.ROUNDS * calibration.BEST * calibration.NEIGHBOURS, calibration.LAST
+    n = 30 + len(calibration.EARLIER)
+    near, best = calibration.ROUNDS * calibration.BEST * calibration.NEIGHBOURS, calibration.LAST
     assert [block for _, block in asked] == [0] * (n + near) + list(calibration.AGAIN) * best
     assert len(table) == n + near
     assert list(table["blocks"][: best + 1]) == [4] * best + [1]

@@ -9,7 +9,17 @@ import pandas as pd
 import pytest
 
 from bicode_lab.constants import constant
-from bicode_lab.evaluation.calibration import AGAIN, BEST, CELLS, NEIGHBOURS, ROUNDS, Candidate, cell_name, in_the_file
+from bicode_lab.evaluation.calibration import (
+    AGAIN,
+    BEST,
+    CELLS,
+    EARLIER,
+    NEIGHBOURS,
+    ROUNDS,
+    Candidate,
+    cell_name,
+    in_the_file,
+)
 from bicode_lab.evaluation.constant_readings import WANTED
 from bicode_lab.evaluation.sweep import Sweep
 from bicode_lab.lab import command_calibrate
@@ -67,7 +77,7 @@ def test_all_candidates_are_written_the_best_first(
     code, out, _ = run("--draws", "20", "--jobs", "1")
     assert code == 0
     table = pd.read_csv(tmp_path / command_calibrate.TABLE)
-    assert len(table) == 20 + ROUNDS * BEST * NEIGHBOURS
+    assert len(table) == 20 + len(EARLIER) + ROUNDS * BEST * NEIGHBOURS
     assert table["blur_px"].iloc[0] == table["blur_px"].min()
     assert f"all {len(table)} candidates: calibration.csv" in out
 
