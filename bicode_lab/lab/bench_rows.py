@@ -13,7 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from bicode_lab.camera import PixelModel, Recorder, Scene, record, textured_wall
+from bicode_lab.camera import Recorder, Scene, record, textured_wall
 from bicode_lab.events import Events, slice_time
 from bicode_lab.lab import bench_processes as processes
 from bicode_lab.lab import bench_streams as streams
@@ -162,7 +162,7 @@ def simulate_plainly(seconds: float) -> int:
     first = (streams.PATCH_PX - streams.SQUARE_PX) // 2
     glow[first:-first, first:-first] = streams.BRIGHT
     wave, rng = LedWaveform(payload=0x25), np.random.default_rng(0)
-    events = plain("plain_simulator").simulate(dark, glow, wave, PixelModel(), round(seconds * 1e6), rng)
+    events = plain("plain_simulator").simulate(dark, glow, wave, streams.PIXEL, round(seconds * 1e6), rng)
     return int(events.size)
 
 

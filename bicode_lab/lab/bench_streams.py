@@ -1,10 +1,12 @@
 """What ``bicode bench`` measures with: fixed streams of events, and scenes for the generator.
 
-The streams are made with NumPy alone and not by the generator, so that they stay the same
-when a constant of the camera changes.
+The streams are made with NumPy alone, or by the generator with constants that are the bench's own, so that they stay
+the same when a constant of the camera changes.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +21,8 @@ EVENTS_A_PIXEL = 1.2  # and edge, of a marker
 CLUTTER_EDGES = 60
 PATCH_PX, SQUARE_PX = 128, 64
 BRIGHT = 5.0  # the square's signal lit is 6 against 1 dark
+# What is measured must not change with the camera's constants, so these are the bench's own.
+LIGHT, PIXEL = Light(led_to_ambient=0.78), PixelModel(time_constant_us=150.0)
 FAST_READOUT = Readout(row_us=0.0, peak_mev_per_s=1e6, sustained_mev_per_s=1e6, buffer_events=2_000_000_000)
 
 
@@ -74,7 +78,7 @@ def square_scene(*, whole_sensor: bool) -> Scene:
         flicker=LedWaveform(payload=0x25), path=Still(Pose.facing(1.0)), width_m=side_m, height_m=side_m,
         brightness=BRIGHT,
     )  # fmt: skip
-    model = PixelModel(background_hz=5.0) if whole_sensor else PixelModel()
+    model = replace(PIXEL, background_hz=5.0) if whole_sensor else PIXEL
     return Scene(markers=(), lamps=(lamp,), optics=optics, pixel_model=model, readout=FAST_READOUT)
 
 
@@ -109,7 +113,8 @@ def near_scene() -> Scene:
             )
             for d, x, y, payload, aruco in places
         ),
-    )
+        optics=Optics(blur_px=0.9, halo_fraction=0.03), light=LIGHT, pixel_model=PIXEL,
+    )  # fmt: skip
 
 
 def filled_up(events: Events, mev_per_s: float, seconds: float) -> Events:
