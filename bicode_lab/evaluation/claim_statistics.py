@@ -40,13 +40,18 @@ def worst(*curves: Curve) -> Test:
         for curve in curves:
             for cell in curve.cells(tables):
                 low, high = bootstrap(cell.shares, cell.periods, rng)
-                outside = max(lo - cell.accuracy, cell.accuracy - hi)
                 told = f"{cell.accuracy:.3g} at {cell.distance_m:g} m ({cell.shares.size} seeds)"
-                found.append((outside, max(lo - low, high - hi), told, cell.accuracy, low, high))
+                value = cell.accuracy
+                found.append((_beyond(value, value, lo, hi), _beyond(low, high, lo, hi), told, value, low, high))
         _, _, told, value, low, high = max(found)
         return Answer(ours=told, value=value, low=low, high=high)
 
     return test
+
+
+def _beyond(low: float, high: float, lo: float, hi: float) -> float:
+    """How far an accuracy's ends are outside of bounds; 0 and 1 bound nothing, for no accuracy is beyond them."""
+    return max(lo - low if lo > 0 else -1.0, high - hi if hi < 1 else -1.0)
 
 
 def longest(*curves: Curve) -> Test:
