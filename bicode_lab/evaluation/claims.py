@@ -59,12 +59,11 @@ CAUSES: dict[str, str] = {
     "F9.5": "glowing pixels are counted, and the turned plate keeps more of them than of its outline: the face has "
     "dark cells and the edge has none, and light spreads beyond both (notebook 13)",
     "F10.1": "the lens's blur closes dark cells of 3.7 px; with a sharper lens they stay open (notebook 10)",
-    "F12.2": "the plate's pattern is open in the text, and ours was chosen by Fig. 8; with other patterns of the "
-    "dictionary nothing is left at this speed (notebook 14)",
-    "F12.5": "at the slowest pan the limit costs some three of a hundred periods, which ten stretches of twenty need "
-    "not hold; at the fastest the loss is seen (notebook 12)",
-    "F14.1": "as F12.2: with another pattern this is kept (notebook 14)",
-    "F14.3": "as F12.2: with another pattern it falls to about one half (notebook 14)",
+    "F11.0": "the LED's contrast is below the mean threshold, but a near plate has thousands of pixels, and those with "
+    "the lowest thresholds answer (notebook 11)",
+    "F12.1": "smear adds to the swelling of bright cells: at half the current the pose is kept more often, and on frames "
+    "that count events always (notebooks 12 and 14)",
+    "F14.1": "as F12.1 (notebook 14)",
 }
 """Why a claim is contradicted or undecided, with the notebook whose experiment shows it."""
 
