@@ -61,8 +61,8 @@ CAUSES: dict[str, str] = {
     "F10.1": "the lens's blur closes dark cells of 3.7 px; with a sharper lens they stay open (notebook 10)",
     "F11.0": "the LED's contrast is below the mean threshold, but a near plate has thousands of pixels, and those with "
     "the lowest thresholds answer (notebook 11)",
-    "F12.1": "smear adds to the swelling of bright cells: at half the current the pose is kept more often, and on frames "
-    "that count events always (notebooks 12 and 14)",
+    "F12.1": "smear adds to the swelling of bright cells: at half the current the pose is kept more often, and on "
+    "frames that count events always (notebooks 12 and 14)",
     "F14.1": "as F12.1 (notebook 14)",
 }
 """Why a claim is contradicted or undecided, with the notebook whose experiment shows it."""
