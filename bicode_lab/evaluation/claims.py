@@ -62,7 +62,7 @@ CAUSES: dict[str, str] = {
     "F11.0": "the LED's contrast is below the mean threshold, but a near plate has thousands of pixels, and those with "
     "the lowest thresholds answer (notebook 11)",
     "F12.1": "smear adds to the swelling of bright cells: at half the current the pose is kept more often, and on "
-    "frames that count events always (notebooks 12 and 14)",
+    "frames that count events always (notebook 12, notebook 14)",
     "F14.1": "as F12.1 (notebook 14)",
 }
 """Why a claim is contradicted or undecided, with the notebook whose experiment shows it."""

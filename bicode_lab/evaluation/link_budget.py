@@ -144,7 +144,7 @@ def budget_of(scene: Scene, receiver: ReceiverSettings | None = None, *, seed: i
         edge_on=float(weights @ on),
         edge_off=float(weights @ off),
         packet=float(weights @ packet.mean(1)),
-        accuracy=float(weights @ np.mean(right, axis=1)),
+        accuracy=min(1.0, float(weights @ np.mean(right, axis=1))),
     )
 
 

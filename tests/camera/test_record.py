@@ -29,8 +29,8 @@ from bicode_lab.marker import Board, Marker
 record_module = sys.modules[Recorder.__module__]  # its name in the package is that of its function
 
 SMALL = Optics(width=200, height=150)
-EXACT = PixelModel(threshold_spread=0.0, noise=0.0, background_hz=0.0, hot_pixels=0)
-QUIET = PixelModel(background_hz=0.0, hot_pixels=0)
+QUIET = PixelModel(background_hz=0.0, hot_pixels=0, time_constant_us=150.0)
+EXACT = replace(QUIET, threshold_spread=0.0, noise=0.0)
 INSTANT = Readout(row_us=0.0, peak_mev_per_s=1e9, sustained_mev_per_s=1e9)
 LIGHT = Light(led_to_ambient=1.43)
 
@@ -312,7 +312,7 @@ def test_the_opening_changes_the_speed_not_the_contrast():
 
 def test_events_follow_the_leds_edges():
     marker = Marker(payload=0x25)
-    events = record(scene(at(5.0)), 0.028, 0)
+    events = record(scene(at(5.0), pixel_model=QUIET), 0.028, 0)
     times, levels = marker.waveform.steps(0, 28_000)
     edge = np.searchsorted(times, events["t"] - 20, side="right") - 1  # 20 us is the shorter latency
     agrees = events["p"] == levels[edge]

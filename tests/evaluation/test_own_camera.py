@@ -18,6 +18,9 @@ RATIO = 1.9
 FORMAT = PacketFormat()
 
 
+CAMERA = PixelModel(time_constant_us=150.0)  # the one to be found
+
+
 def led_events(model, *, chip_us=500.0, payload=0x25, seed=1, clock_start_us=0):
     """Events of 20 x 20 px that see an LED, and its packets as a receiver that is some us off says them."""
     n = SIDE * SIDE
@@ -51,7 +54,7 @@ def response_of(model, **changes):
 @pytest.mark.parametrize("ppm", [-400, 0, 400])
 def test_the_transmitters_clock_is_found(ppm, clock_start_us):
     chip_us = 500 * (1 + ppm * 1e-6)
-    response = response_of(PixelModel(), chip_us=chip_us, clock_start_us=clock_start_us)
+    response = response_of(CAMERA, chip_us=chip_us, clock_start_us=clock_start_us)
     assert response.chip_us == pytest.approx(chip_us, rel=3e-5)
     assert response.start_us == pytest.approx(clock_start_us, abs=60)  # up to the answer's own shift
 
@@ -68,7 +71,7 @@ def test_every_event_of_an_edge_is_counted_once():
 
 
 def test_groups_hold_every_pixel_once():
-    response = response_of(PixelModel())
+    response = response_of(CAMERA)
     parts = split(response)
     assert sum(part.n_pixels for part in parts) == response.n_pixels
     assert (sum(part.on.sum(axis=0) for part in parts) == response.on.sum(axis=0)).all()
@@ -77,7 +80,7 @@ def test_groups_hold_every_pixel_once():
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [{}, {"time_constant_us": 250.0}, {"threshold_on": 0.2, "threshold_off": 0.2}])
 def test_constants_typed_in_come_out_again(changes):
-    model = replace(PixelModel(), **changes)
+    model = replace(CAMERA, **changes)
     fit = fit_pixel(response_of(model), float(np.log(RATIO)))
     assert fit.threshold == pytest.approx(model.threshold_on, rel=0.1)
     assert fit.time_constant_us == pytest.approx(model.time_constant_us, rel=0.15)
@@ -87,7 +90,7 @@ def test_constants_typed_in_come_out_again(changes):
 @pytest.mark.slow
 @pytest.mark.parametrize("off_us", [30.0, 60.0])
 def test_the_difference_of_the_delays_lies_within_what_the_groups_scatter(off_us):
-    response = response_of(replace(PixelModel(), latency_off_us=off_us))
+    response = response_of(replace(CAMERA, latency_off_us=off_us))
     later = [
         fit_pixel(part, float(np.log(RATIO)), n_steps=150, seed=k).off_later_us
         for k, part in enumerate(split(response), 1)
@@ -96,10 +99,10 @@ def test_the_difference_of_the_delays_lies_within_what_the_groups_scatter(off_us
 
 
 def test_a_delay_common_to_on_and_off_cannot_be_seen_their_difference_can():
-    early = response_of(PixelModel())
-    late = response_of(replace(PixelModel(), latency_on_us=220.0, latency_off_us=230.0))
+    early = response_of(CAMERA)
+    late = response_of(replace(CAMERA, latency_on_us=220.0, latency_off_us=230.0))
     assert np.abs(early.per_edge("off") - late.per_edge("off")).max() < 0.02
-    later = response_of(replace(PixelModel(), latency_off_us=80.0))
+    later = response_of(replace(CAMERA, latency_off_us=80.0))
     centre = [part.per_edge("off") @ part.delays_us / part.per_edge("off").sum() for part in (early, later)]
     assert centre[1] - centre[0] == pytest.approx(50, abs=8)
 
@@ -116,7 +119,7 @@ def test_contrast_and_threshold_scale_together():
 
 
 def test_what_cannot_be_measured_is_refused():
-    events, packets = led_events(PixelModel())
+    events, packets = led_events(CAMERA)
     with pytest.raises(ValueError, match="two or more packets"):
         edge_response(events, (0, 0, SIDE, SIDE), packets[:1], FORMAT)
     with pytest.raises(ValueError, match="go nearer"):
