@@ -103,8 +103,9 @@ def draw_patterns(told: pd.DataFrame, ax: Axes) -> Axes:
     for k, (pattern, mine) in enumerate(told.groupby("aruco_id", sort=False)):
         at = [names.index(name) + 0.1 * (k - 1.5) for name in mine["condition"]]
         bars = [(mine["accuracy"] - mine["low"]).clip(lower=0), (mine["high"] - mine["accuracy"]).clip(lower=0)]
-        color = LEVEL_COLORS[k % len(LEVEL_COLORS)]
-        ax.errorbar(at, mine["accuracy"], yerr=bars, fmt="s", color=color, label=f"pattern {pattern}", clip_on=False)
+        again, number = divmod(k, len(LEVEL_COLORS))
+        ax.errorbar(at, mine["accuracy"], yerr=bars, fmt="sD"[again], color=LEVEL_COLORS[number], clip_on=False,
+                    markerfacecolor="none" if again else None, label=f"pattern {pattern}")  # fmt: skip
     ax.set(xticks=range(len(names)), xticklabels=names, ylim=(0, 1.04))
     ax.set_ylabel("accuracy of the pose (share of periods)")
     return ax
