@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -15,7 +15,7 @@ from bicode_lab.lab.bench_rows import Row
 from bicode_lab.lab.figure_table import FIGURES, default_jobs, figure_table
 from bicode_lab.lab.runner import run_all
 
-TURNS = 2  # the quick grids are run so many times, with one worker and with two in turn
+PART = "09"  # one figure at full scale stands for all where workers are compared: long beside their start
 
 Result = TypeVar("Result")
 
@@ -29,16 +29,13 @@ def evaluation_row() -> Iterator[Row]:
 
 
 def worker_row() -> Iterator[Row]:
-    """The quick grids of all figures with one worker and with two, in turn."""
-    taken: dict[int, list[Timing]] = {1: [], 2: []}
-    for jobs in (1, 2) * TURNS:
-        taken[jobs].append(sweep_all(quick=True, jobs=jobs))
-    alone, together = (min(timing.wall_s for timing in taken[jobs]) for jobs in (1, 2))
-    every = [timing for timings in taken.values() for timing in timings]
-    yield Row(name="workers", what="quick grids of all figures, two workers against one", reach=1.7, at_least=True,
-              measured=alone / together, by_clock=alone / together, unit="x",
-              beside=f"{alone:.0f} s with one, {together:.0f} s with two",
-              others=max(timing.others for timing in every), load=every[-1].load)  # fmt: skip
+    """One figure at the paper's scale with one worker and with two."""
+    one, two = (sweep_all(quick=False, jobs=jobs, figures=(PART,)) for jobs in (1, 2))
+    ratio = one.wall_s / two.wall_s
+    what = f"figure {int(PART)} at full scale, two workers against one"
+    yield Row(name="workers", what=what, reach=1.7, at_least=True, measured=ratio, by_clock=ratio, unit="x",
+              beside=f"{one.wall_s:.0f} s with one, {two.wall_s:.0f} s with two",
+              others=max(one.others, two.others), load=two.load)  # fmt: skip
 
 
 def notebook_row() -> Iterator[Row]:
@@ -56,11 +53,11 @@ def minutes_row(timing: Timing, *, name: str, what: str, reach: float, beside: s
                beside=beside, others=timing.others, load=timing.load)  # fmt: skip
 
 
-def sweep_all(quick: bool, jobs: int) -> Timing:
-    """A scale and a number of workers in; how long all figures' trials took from an empty store out."""
+def sweep_all(quick: bool, jobs: int, figures: Sequence[str] = FIGURES) -> Timing:
+    """A scale, a number of workers and figures in; how long their trials took from an empty store out."""
     with tempfile.TemporaryDirectory() as folder:
         run = partial(figure_table, quick=quick, jobs=jobs, store=Path(folder) / "sweeps.sqlite")
-        return timed(lambda: [run(figure) for figure in FIGURES])[0]
+        return timed(lambda: [run(figure) for figure in figures])[0]
 
 
 def timed(work: Callable[[], Result]) -> tuple[Timing, Result]:
