@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import cv2
 import psutil
 
 
@@ -54,6 +56,17 @@ def time_in_turn(repeats: int, *work: Callable[[], Any]) -> list[Timing]:
             wall[i].append(time.perf_counter() - started)
     others, load = watch.others(), os.getloadavg()[0]
     return [Timing(cpu_s=min(c), wall_s=min(w), others=others, load=load) for c, w in zip(cpu, wall, strict=True)]
+
+
+@contextmanager
+def all_opencv_threads() -> Iterator[None]:
+    """Within it OpenCV takes as many threads as it likes; afterwards as many as before."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(-1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 class Watch:

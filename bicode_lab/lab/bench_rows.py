@@ -10,14 +10,13 @@ from functools import partial
 from types import ModuleType
 from typing import Any
 
-import cv2
 import numpy as np
 
 from bicode_lab.camera import Recorder, Scene, record, textured_wall
 from bicode_lab.events import Events, slice_time
 from bicode_lab.lab import bench_processes as processes
 from bicode_lab.lab import bench_streams as streams
-from bicode_lab.lab.bench_clock import Timing, time_in_turn
+from bicode_lab.lab.bench_clock import Timing, all_opencv_threads, time_in_turn
 from bicode_lab.lab.notebook import repository_root
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import Receiver, ReceiverSettings, recognise
@@ -124,10 +123,8 @@ def whole_row() -> Iterator[Row]:
     receiver = Receiver(settings)
     rows = [row for k, part in enumerate(periods) for row in receiver(k * 33_000, part)]
     poses = sum(row.rvec is not None for row in rows)
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(-1)  # this row is not of one core: as many as OpenCV takes by itself
-    (timing,) = time_in_turn(5, lambda: receive(events, settings))
-    cv2.setNumThreads(threads)
+    with all_opencv_threads():  # this row is not of one core
+        (timing,) = time_in_turn(5, lambda: receive(events, settings))
     row = time_row(timing, 1e3 / PERIODS, name="receiver-whole", what="a 33 ms period with ArUco and pose, 20 Mev/s",
                    reach=10.0, unit="ms")  # fmt: skip
     beside = f"{poses} poses in {PERIODS} periods; by the clock, processor time of all cores {row.measured:.1f} ms"

@@ -23,14 +23,14 @@ Result = TypeVar("Result")
 def evaluation_row() -> Iterator[Row]:
     """Figures 8 to 14 at the paper's scale, from an empty store, on all cores."""
     jobs = default_jobs()
-    timing = sweep_all(quick=False, jobs=jobs)
+    timing = sweep_all(jobs)
     what = f"the paper's whole evaluation at full scale, {jobs} workers"
     yield minutes_row(timing, name="evaluation", what=what, reach=20.0)
 
 
 def worker_row() -> Iterator[Row]:
     """One figure at the paper's scale with one worker and with two."""
-    one, two = (sweep_all(quick=False, jobs=jobs, figures=(PART,)) for jobs in (1, 2))
+    one, two = (sweep_all(jobs, (PART,)) for jobs in (1, 2))
     ratio = one.wall_s / two.wall_s
     what = f"figure {int(PART)} at full scale, two workers against one"
     yield Row(name="workers", what=what, reach=1.7, at_least=True, measured=ratio, by_clock=ratio, unit="x",
@@ -53,10 +53,10 @@ def minutes_row(timing: Timing, *, name: str, what: str, reach: float, beside: s
                beside=beside, others=timing.others, load=timing.load)  # fmt: skip
 
 
-def sweep_all(quick: bool, jobs: int, figures: Sequence[str] = FIGURES) -> Timing:
-    """A scale, a number of workers and figures in; how long their trials took from an empty store out."""
+def sweep_all(jobs: int, figures: Sequence[str] = FIGURES) -> Timing:
+    """A number of workers and figures in; how long their trials took at full scale from an empty store out."""
     with tempfile.TemporaryDirectory() as folder:
-        run = partial(figure_table, quick=quick, jobs=jobs, store=Path(folder) / "sweeps.sqlite")
+        run = partial(figure_table, quick=False, jobs=jobs, store=Path(folder) / "sweeps.sqlite")
         return timed(lambda: [run(figure) for figure in figures])[0]
 
 

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import cv2
 import pandas as pd
 
 from bicode_lab.camera import Scene
 from bicode_lab.event_codes import EventCoder
 from bicode_lab.events import Events, slice_time
 from bicode_lab.lab import cost
+from bicode_lab.lab.bench_clock import all_opencv_threads
 from bicode_lab.lab.bench_rows import simulate_plainly
 from bicode_lab.lab.bench_streams import MARKER_SHARE
 from bicode_lab.lab.least_cost import least_generator_ns, least_ns
@@ -97,14 +97,12 @@ def two_core_bounds(parts: pd.Series[float]) -> tuple[float, float]:
 
 def whole_by_clock(events: Events, periods: int, settings: ReceiverSettings, repeats: int = 5) -> float:
     """Events of some periods in; time by the clock for a period out [ms], OpenCV with as many threads as it takes."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(-1)
     taken = []
-    for _ in range(repeats):
-        started = time.perf_counter()
-        cost.receive(events, settings)
-        taken.append(time.perf_counter() - started)
-    cv2.setNumThreads(threads)
+    with all_opencv_threads():
+        for _ in range(repeats):
+            started = time.perf_counter()
+            cost.receive(events, settings)
+            taken.append(time.perf_counter() - started)
     return min(taken) / periods * 1e3
 
 
