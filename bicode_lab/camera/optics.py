@@ -18,7 +18,7 @@ from bicode_lab.constants import constant
 
 IR88_TRANSMITTANCE = 0.8  # of the IR88 filter at 940 nm, and next to nothing of visible light (III-A)
 REFERENCE_LUX = 350.0  # the paper's office (IV-A)
-OFFICE_INFRARED_SHARE = 0.02  # what lamps of an office add at 940 nm, relative to the visible; assumption
+OFFICE_INFRARED_SHARE = 0.02  # what lamps of an office add beyond the visible, relative to it; assumption
 REFERENCE_F_NUMBER = 5.6  # the lens with red LEDs (III-B)
 
 
@@ -109,8 +109,9 @@ class Light:
     infrared_led_to_ambient : float
         The same for the 940 nm LED without a filter; assumed equal.
     infrared_share : float
-        What 940 nm ambient light adds, relative to the visible: next to nothing under office
-        lamps, of order one under daylight.
+        What ambient light beyond the visible adds, relative to lamps of as many lux: behind the filter
+        that at 940 nm, without one all that the sensor sees and a lux meter does not. Next to nothing
+        under office lamps, of order one under daylight.
     """
 
     illuminance_lux: float = 350.0

@@ -59,8 +59,6 @@ CAUSES: dict[str, str] = {
     "F9.5": "glowing pixels are counted, and the turned plate keeps more of them than of its outline: the face has "
     "dark cells and the edge has none, and light spreads beyond both (notebook 13)",
     "F10.1": "the lens's blur closes dark cells of 3.7 px; with a sharper lens they stay open (notebook 10)",
-    "F11.0": "the LED's contrast is below the mean threshold, but a near plate has thousands of pixels, and those with "
-    "the lowest thresholds answer (notebook 11)",
     "F12.1": "smear adds to the swelling of bright cells: at half the current the pose is kept more often, and on "
     "frames that count events always (notebook 12, notebook 14)",
     "F14.1": "as F12.1 (notebook 14)",

@@ -13,6 +13,7 @@ import numpy as np
 from bicode_lab import paper
 from bicode_lab.camera import Light, Optics, Placed, Pose, Scene, Still, Wall, pan, spin, textured_wall
 from bicode_lab.camera.motion import Path
+from bicode_lab.camera.optics import OFFICE_INFRARED_SHARE
 from bicode_lab.constants import constant
 from bicode_lab.marker import Board, Marker
 
@@ -69,11 +70,15 @@ def optics_of(condition: Condition) -> Optics:
 
 
 def light_of(condition: Condition) -> Light:
-    """A condition in, the light out: lamps up to the office's illuminance, daylight above."""
+    """A condition in, the light out: lamps up to the office's illuminance, daylight above.
+
+    Daylight has more beyond the visible than lamps, and a sensor without a filter sees all of it.
+    """
     place = "office" if condition.illuminance_lux <= paper.OFFICE_LUX else "evening"
-    share = constant(f"infrared_share_{place}")
-    if condition.band == "red":
-        return Light(illuminance_lux=condition.illuminance_lux)
+    if condition.band == "infrared":
+        share = constant(f"infrared_share_{place}")
+    else:
+        share = OFFICE_INFRARED_SHARE if place == "office" else constant("infrared_share_bare_sensor")
     return Light(illuminance_lux=condition.illuminance_lux, infrared_share=share)
 
 

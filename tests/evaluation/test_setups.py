@@ -7,6 +7,7 @@ import pytest
 
 from bicode_lab import paper
 from bicode_lab.camera import truth_at
+from bicode_lab.camera.optics import ambient_signal
 from bicode_lab.constants import constant
 from bicode_lab.evaluation.experiments import conditions, seeds
 from bicode_lab.evaluation.setups import (
@@ -55,10 +56,22 @@ def test_seeds_have_many_payloads_and_places_within_a_pixel() -> None:
     assert (np.ptp(offsets_px, axis=0) > 0.8).all()
 
 
+def test_a_lux_of_daylight_is_more_to_a_bare_sensor_than_one_of_lamps() -> None:
+    def signal(lux: float) -> float:
+        condition = Condition(figure="11", distance_m=1.0, illuminance_lux=lux)
+        return ambient_signal(light_of(condition), optics_of(condition))
+
+    assert signal(paper.OFFICE_LUX) == pytest.approx(1)
+    per_lux = signal(paper.EVENING_LUX) / (paper.EVENING_LUX / paper.OFFICE_LUX)
+    # lamps 310 .. 340 lm/W, the sun 158 lm/W within 400 .. 1000 nm: twice as much if the sensor weighs energy
+    assert 1.4 < per_lux < 2.4
+
+
 def test_infrared_has_its_filter_lens_and_share_of_the_light() -> None:
     red = Condition(figure="11", distance_m=1.0, illuminance_lux=paper.EVENING_LUX)
     assert optics_of(red).f_number == paper.F_NUMBER_VISIBLE
     assert not optics_of(red).infrared_filter
+    assert light_of(red).infrared_share == constant("infrared_share_bare_sensor")
     for lux, place in ((paper.OFFICE_LUX, "office"), (paper.EVENING_LUX, "evening"), (20_000.0, "evening")):
         condition = Condition(figure="11", distance_m=1.0, band="infrared", illuminance_lux=lux)
         assert optics_of(condition).f_number == paper.F_NUMBER_INFRARED
