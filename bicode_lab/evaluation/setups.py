@@ -19,7 +19,7 @@ from bicode_lab.marker import Board, Marker
 
 WALL_M = 5.0  # where the wall is, at least
 WALL_BEHIND = 1.25  # times as far as the marker, at least
-WALL_PICTURE, WALL_CONTRAST = "camera", 0.05  # as dense as a real recording, 0.1 Mev/s at 0.314 m/s and 2.5 m
+WALL_PICTURE, WALL_CONTRAST = "camera", 0.039  # as dense as a real recording, 0.11 Mev/s at 0.314 m/s and 2.5 m
 STRATA = 10  # seeds share a pan evenly
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bicode_lab.evaluation.experiments import conditions
+from bicode_lab.evaluation.experiments import PERIODS, conditions
 from bicode_lab.evaluation.setups import Condition
 from bicode_lab.evaluation.wall_rate import rates_mev_per_s, recording_rates, wall_rates
 from bicode_lab.events import make_events
@@ -44,3 +44,12 @@ def test_the_real_scene_has_its_known_mean(real_recordings: Path) -> None:
     rates = recording_rates(real_recordings / "evk4_scene_evt3.raw")
     assert rates is not None
     assert rates.mean() == pytest.approx(1_218_618 / (21_968_221 - 11_200_224), rel=0.01)
+
+
+def test_the_wall_is_as_busy_as_the_real_scene_over_a_trial(real_recordings: Path) -> None:
+    rates = recording_rates(real_recordings / "evk4_scene_evt3.raw")
+    assert rates is not None
+    pan = next(c for c in conditions("12") if c.distance_m == 2.5 and c.speed_m_per_s == 0.314)
+    wall = wall_rates(pan, seeds=4, periods=PERIODS)
+    # a step of the contrast's last digit is 10 %, seeds scatter by 0.014 Mev/s
+    assert wall.mean() == pytest.approx(rates.mean(), abs=0.1 * rates.mean() + 3 * 0.014 / np.sqrt(4))
