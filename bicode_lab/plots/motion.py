@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from bicode_lab.plots.accuracy import LEVEL_COLORS, set_distance_axis
 
@@ -49,6 +50,10 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
     lost.set(ylabel="periods without the right ID (share)", ylim=(-0.02, 1.04))
     lost_by_rate.set(xscale="log", xlabel="events of the whole sensor (Mev/s)", ylim=(-0.02, 1.04))
     lost_by_rate.set(ylabel="periods without the right ID (share)")
+    for axis in (by_distance.yaxis, lost_by_rate.xaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 3)))
+        axis.set_major_formatter(FormatStrFormatter("%g"))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: str, label: str) -> Axes:
