@@ -109,7 +109,7 @@ def draw_patterns(told: pd.DataFrame, ax: Axes) -> Axes:
         at = [names.index(name) + 0.1 * (k - 1.5) for name in mine["condition"]]
         bars = [(mine["accuracy"] - mine["low"]).clip(lower=0), (mine["high"] - mine["accuracy"]).clip(lower=0)]
         again, number = divmod(k, len(LEVEL_COLORS))
-        ax.errorbar(at, mine["accuracy"], yerr=bars, fmt="sD"[again], color=LEVEL_COLORS[number], clip_on=False,
+        ax.errorbar(at, mine["accuracy"], yerr=bars, fmt="sD^v"[again % 4], color=LEVEL_COLORS[number], clip_on=False,
                     markerfacecolor="none" if again else None, label=f"pattern {pattern}")  # fmt: skip
     ax.set(xticks=range(len(names)), xticklabels=names, ylim=(0, 1.04))
     ax.set_ylabel("accuracy of the pose (share of periods)")
