@@ -27,7 +27,7 @@ figures: $(READY)
 
 test: $(READY)
 	@echo "ruff (style)" && $(BIN)/ruff check --quiet .
-	@echo "mypy (types)" && $(BIN)/mypy --strict bicode_lab
+	@echo "mypy (types)" && $(BIN)/mypy --strict bicode_lab bicode_studies
 	@echo "pytest (laws, oracles, rules, every notebook)" && $(BIN)/python -m pytest -m "not browser" $(TESTS)
 
 # The page of `bicode what-if` and a notebook in JupyterLab, in a real browser; skipped where Chromium is absent.
@@ -79,7 +79,7 @@ pins: $(BIN)/python
 
 clean:
 	@rm -rf build dist *.egg-info figures/quick .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	@find bicode_lab tests notebooks -name __pycache__ -prune -exec rm -rf {} +
+	@find bicode_lab bicode_studies tests notebooks -name __pycache__ -prune -exec rm -rf {} +
 
 clean-all: clean
 	@rm -rf $(VENV)

@@ -21,7 +21,7 @@ import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bicode_lab.kernel_cache import forget_stale_kernels
+from bicode_lab._numba import forget_stale_kernels
 
 _WHERE = {
     "Marker": "marker",

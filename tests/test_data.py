@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bicode_lab.lab.cli import main
 from bicode_lab.recordings import open_recording
+from bicode_studies.cli.main import main
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 COMMANDS = re.findall(r"`(bicode (?:simulate|mystery) data/[^`]+)`", (DATA / "README.md").read_text(encoding="utf-8"))

@@ -11,7 +11,10 @@ ROWS = [
     for line in (ROOT / "GLOSSARY.md").read_text(encoding="utf-8").splitlines()
     if line.startswith("| **")
 ]
-CODE = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "bicode_lab").rglob("*.py")))
+CODE = "\n".join(
+    path.read_text(encoding="utf-8")
+    for path in sorted([*(ROOT / "bicode_lab").rglob("*.py"), *(ROOT / "bicode_studies").rglob("*.py")])
+)
 IDENTIFIERS = set(re.findall(r"[A-Za-z_]\w*", CODE))
 OF_THE_HOUSE = {
     "event", "polarity", "frame", "packet", "bit", "chip", "start", "payload", "checksum", "ID", "period", "region",

@@ -132,7 +132,7 @@ def test_plots_know_no_more_than_the_types_of_what_they_draw(path):
 def test_only_lab_knows_notebooks_and_the_command_line(path):
     if part_of(path) != "lab":
         used = ONLY_LAB & {module.split(".")[0] for module, _ in imports_of(path)}
-        assert not used, f"only bicode_lab.lab may import {used}"
+        assert not used, f"only bicode_studies.cli may import {used}"
 
 
 @each_module
@@ -183,8 +183,8 @@ print(sys.modules["bicode_lab"].__file__)"""
 @pytest.mark.parametrize(
     ("source", "found"),
     [
-        ("import bicode_lab.camera.sensor", [("camera", None)]),
-        ("from bicode_lab.camera.sensor import record", [("camera", "record")]),
+        ("import bicode_lab.camera.pixels", [("camera", None)]),
+        ("from bicode_lab.camera.pixels import record", [("camera", "record")]),
         ("from bicode_lab import camera", [("camera", None)]),
         ("from bicode_lab import no_events", [("", "no_events")]),
         ("from ..camera import sensor", [("camera", "sensor")]),

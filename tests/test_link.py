@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 
 from bicode_lab.camera import Placed, Pose, Recorder, Scene, Still, stream_over, truth_at
-from bicode_lab.evaluation.accuracy import Periods, score
-from bicode_lab.lab.cli import main
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recordings import open_recording
+from bicode_studies.cli.main import main
+from bicode_studies.score import Periods, score
 
 PERIOD_US = 33_000
 FOCAL_PX = 1646.09

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bicode_lab.lab.parameters import parameters_of
+from bicode_studies.notebook.parameters import parameters_of
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 CHAPTERS = sorted(FOLDER.glob("*.ipynb"))

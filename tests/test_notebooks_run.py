@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bicode_lab.lab.runner import run_notebook
+from bicode_studies.notebook.runner import run_notebook
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 CHAPTERS = sorted(FOLDER.glob("[0-9][0-9]_*.ipynb"))

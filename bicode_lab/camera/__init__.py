@@ -1,14 +1,14 @@
 """The channel and the sensor: light path -> pixels -> readout, a synthetic event camera."""
 
-from bicode_lab.camera.background import Wall, textured_wall
 from bicode_lab.camera.lamp import Flicker, Lamp
 from bicode_lab.camera.merge import stream_over
 from bicode_lab.camera.motion import Moving, Pose, Still, pan, spin
 from bicode_lab.camera.optics import Light, Optics
+from bicode_lab.camera.pixels import PixelModel
 from bicode_lab.camera.readout import Readout
-from bicode_lab.camera.record import Placed, Recorder, Scene, record
-from bicode_lab.camera.sensor import PixelModel
+from bicode_lab.camera.recorder import Placed, Recorder, Scene, record
 from bicode_lab.camera.truth import MarkerTruth, packet_starts_us, truth_at, truth_table
+from bicode_lab.camera.wall import Wall, textured_wall
 
 __all__ = [
     "Flicker",

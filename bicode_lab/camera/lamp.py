@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
-from bicode_lab.camera.glow import Box, Image, reach_px
 from bicode_lab.camera.motion import Floats, Path, Pose, Still
 from bicode_lab.camera.optics import ambient_signal
+from bicode_lab.camera.plate_image import Box, Image, reach_px
 
 if TYPE_CHECKING:
-    from bicode_lab.camera.record import Scene
+    from bicode_lab.camera.recorder import Scene
 
 SINE_STEPS = 40  # a smooth ripple is drawn as this many levels a cycle: 250 us at 100 Hz
 

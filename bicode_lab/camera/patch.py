@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING
 import numba as nb
 import numpy as np
 
-from bicode_lab.camera.background import Wall
-from bicode_lab.camera.glow import Box, Image, Template, make_template, plate_box, read_template, serves
 from bicode_lab.camera.lamp import LampImage, Waveform
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import ambient_signal, led_signal
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8
-from bicode_lab.camera.sensor import NOISE_REACH, PixelModel, PixelState
+from bicode_lab.camera.pixels import NOISE_REACH, PixelModel, PixelState
+from bicode_lab.camera.plate_image import Box, Image, Template, make_template, plate_box, read_template, serves
+from bicode_lab.camera.wall import Wall
 from bicode_lab.camera.wall_pixels import look_up
 from bicode_lab.marker import Marker
 
 if TYPE_CHECKING:
-    from bicode_lab.camera.record import Scene
+    from bicode_lab.camera.recorder import Scene
 
 
 class PlateImage:

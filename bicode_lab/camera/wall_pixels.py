@@ -31,7 +31,7 @@ from bicode_lab.camera.pixel_steps import (
     noise_from,
     noise_key,
 )
-from bicode_lab.camera.sensor import NOISE_REACH
+from bicode_lab.camera.pixels import NOISE_REACH
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
 ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel that comes so near to its threshold is followed

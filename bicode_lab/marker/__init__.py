@@ -3,8 +3,8 @@
 from bicode_lab.marker.board import Board
 from bicode_lab.marker.led import LedWaveform, luminance_ratio
 from bicode_lab.marker.manchester import manchester_decode, manchester_encode
+from bicode_lab.marker.marker import Marker
 from bicode_lab.marker.packet import PacketFormat, encode_packet
-from bicode_lab.marker.unit import Marker
 
 __all__ = [
     "Board",

@@ -7,7 +7,7 @@ from bicode_lab.recognition.accumulate import accumulate, count_events, cut, fra
 from bicode_lab.recognition.decode import REASONS, Packet, decode_packets
 from bicode_lab.recognition.led_state import LedCounter, count_on_off, edge_gates, led_state
 from bicode_lab.recognition.marker_2d import Marker2d, find_marker_2d, find_pose, frame_2d, to_image
-from bicode_lab.recognition.recognise import Receiver, lend_boxes, recognise
+from bicode_lab.recognition.receiver import Receiver, lend_boxes, recognise
 from bicode_lab.recognition.regions import Region, RegionFinder, find_regions
 from bicode_lab.recognition.settings import ReceiverSettings, settings_for
 from bicode_lab.recognition.sighting import PacketRow, Sighting, packet_rows, to_table

@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.event_codes import ONE, CodedEvents, EventCoder
 from bicode_lab.events import Events, no_events
+from bicode_lab.recognition.event_codes import ONE, CodedEvents, EventCoder
 from bicode_lab.recognition.settings import FRAME_RULES, FrameRule
 
 Frame = npt.NDArray[np.int8]

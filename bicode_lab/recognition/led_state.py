@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 from bicode_lab.events import Events
+from bicode_lab.recognition.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 
 Counts = npt.NDArray[np.int32]
 

@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.event_codes import CodedEvents
 from bicode_lab.events import Events
 from bicode_lab.marker.board import Glow, aruco_dictionary, square_corners_m
 from bicode_lab.recognition.accumulate import accumulate, count_events
+from bicode_lab.recognition.event_codes import CodedEvents
 from bicode_lab.recognition.settings import ReceiverSettings
 
 MARGIN_CELLS = 1  # of glowing margin around the pattern of a "white" plate, see `marker.board`

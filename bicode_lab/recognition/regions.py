@@ -33,10 +33,10 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 from bicode_lab.events import Events
 from bicode_lab.recognition.accumulate import accumulate
 from bicode_lab.recognition.components import components, merge_overlapping, open_squares
+from bicode_lab.recognition.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 from bicode_lab.recognition.settings import FrameRule, ReceiverSettings
 
 MAX_BINS = 32  # half frames of a period: bits of half a word

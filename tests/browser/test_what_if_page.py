@@ -17,7 +17,9 @@ NUMBERS = "events an ON"  # what the link budget holds once it is computed
 @pytest.fixture(scope="module")
 def page(browser, serve):
     """The page, opened in a window as wide as a desk's and ready."""
-    address = serve("-c", "from bicode_lab.lab.cli import main; main(['what-if', '--no-browser', '--port', '{port}'])")
+    address = serve(
+        "-c", "from bicode_studies.cli.main import main; main(['what-if', '--no-browser', '--port', '{port}'])"
+    )
     _resize(browser, 1280, 960)
     browser.get(address)
     _wait(lambda: NUMBERS in _text(browser, "budget"), READY_S)

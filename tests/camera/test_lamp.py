@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bicode_lab.camera import Flicker, Lamp, Moving, Optics, PixelModel, Pose, Scene, Still, record, truth_at
-from bicode_lab.camera.glow import Box
 from bicode_lab.camera.lamp import LampImage
+from bicode_lab.camera.plate_image import Box
 
 SMALL = Optics(width=60, height=40)
 QUIET = PixelModel(background_hz=0.0, hot_pixels=0)

@@ -7,7 +7,7 @@ from scipy import stats
 
 from bicode_lab.camera import PixelModel
 from bicode_lab.camera.pixel_steps import fast_exp, fast_log, most_events
-from bicode_lab.camera.sensor import (
+from bicode_lab.camera.pixels import (
     NOISE_REACH,
     SIDE_BY_SIDE,
     SMALLEST_THRESHOLD,

@@ -24,7 +24,7 @@ from bicode_lab.camera import (
     truth_at,
     truth_table,
 )
-from bicode_lab.camera.glow import reach_px
+from bicode_lab.camera.plate_image import reach_px
 from bicode_lab.marker import Board, Marker
 
 OPTICS = Optics()

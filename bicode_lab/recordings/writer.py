@@ -1,0 +1,120 @@
+"""Events into a file of any of the formats   chunks of events -> .raw (EVT3), .aedat4, .dat, .csv, .h5 or .npz
+
+The name's ending chooses the format. The file appears whole or not at all, and no more
+than one chunk is held (npz excepted, which numpy writes at once).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from pathlib import Path
+
+import faery
+import numpy as np
+
+from bicode_lab.events import Events, check_events, join
+from bicode_lab.recordings.evt3_write import FIRST_TIME_US, MAX_SIDE_PX, write_evt3
+from bicode_lab.recordings.file import whole_file
+from bicode_lab.recordings.formats import RecordingError
+from bicode_lab.recordings.hdf5 import write_hdf5
+from bicode_lab.recordings.npz import write_npz
+
+WRITABLE = (".npz", ".raw", ".aedat4", ".dat", ".csv", ".h5")
+"""The endings `write_recording` knows."""
+
+_MAX_SIDES_PX = {".raw": MAX_SIDE_PX, ".dat": 1 << 14}
+
+
+def write_recording(path: str | os.PathLike[str], events: Events | Iterable[Events], width: int, height: int) -> int:
+    """A path and events in; a file of the format that the path's ending names out.
+
+    Parameters
+    ----------
+    path : path-like
+        Ends in .raw (EVT3), .aedat4, .dat, .csv, .h5 (HDF5 in columns) or .npz.
+    events : ndarray of EVENT_DTYPE, or an iterable of such
+        All events, or chunks of them in the order of time.
+    width, height : int
+        Sensor size [px]; .raw holds at most 2048 a side.
+
+    Returns
+    -------
+    int
+        Time taken off every event in the file [us]; 0 where the file has the events' own clock.
+        RAW and DAT have short clocks that begin at 0. A recording whose first event comes
+        later than 16.78 s (24 bits) is written from 0 there, and its header has the line
+        `t0`, by which `open_recording` and faery give the events' own times back; the
+        vendor's tools count from 0.
+
+    Raises
+    ------
+    ValueError
+        Events that break a rule (see `events.check_events`).
+    RecordingError
+        Another ending, a sensor too large for the format, or a folder that cannot be written to.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in WRITABLE:
+        raise RecordingError(f"{path}: no format is called {suffix or 'nothing'}; end the name in {_listed(WRITABLE)}")
+    limit_px = _MAX_SIDES_PX.get(suffix, 1 << 16)
+    if not (1 <= width <= limit_px and 1 <= height <= limit_px):
+        raise RecordingError(f"{path}: sensor of {width}x{height} px; {suffix} holds sides of 1 to {limit_px} px")
+    chunks = _checked([events] if isinstance(events, np.ndarray) else events, width, height)
+    if suffix == ".npz":
+        write_npz(path, join(chunks), width, height)
+        return 0
+    first = next(chunks, None)
+    chunks = chain([] if first is None else [first], chunks)
+    start_us = 0 if first is None else int(first["t"][0])
+    if start_us < 0 and suffix != ".h5":
+        raise RecordingError(f"{path}: the first event is at {start_us} us; {suffix} holds no time before 0")
+    shift_us = start_us if suffix in (".raw", ".dat") and start_us >= FIRST_TIME_US else 0
+    with whole_file(path) as unfinished:
+        if suffix == ".raw":
+            with unfinished.open("wb") as file:
+                write_evt3(file, chunks, width, height, shift_us)
+        elif suffix == ".h5":
+            write_hdf5(unfinished, chunks, width, height)
+        else:
+            _write_with_faery(unfinished, suffix, chunks, (width, height), shift_us > 0)
+    return shift_us
+
+
+def _checked(chunks: Iterable[Events], width: int, height: int) -> Iterator[Events]:
+    """Chunks in, those that hold events out, each judged, and none before the one ahead of it."""
+    last_us = None
+    for chunk in chunks:
+        check_events(chunk, width, height)
+        if not chunk.size:
+            continue
+        if last_us is not None and chunk["t"][0] < last_us:
+            raise ValueError(
+                f"a chunk begins at {chunk['t'][0]} us, before the end of the last, {last_us} us; sort them"
+            )
+        last_us = int(chunk["t"][-1])
+        yield chunk
+
+
+def _write_with_faery(path: Path, suffix: str, chunks: Iterator[Events], size_px: tuple[int, int], zero: bool) -> None:
+    """AEDAT4, DAT and CSV."""
+    kind = {".aedat4": "aedat", ".dat": "dat", ".csv": "csv"}[suffix]
+    faery.file_encoder.events_to_file(
+        map(_as_faery, chunks), path, size_px, file_type=kind, zero_t0=zero, use_write_suffix=False
+    )
+
+
+def _as_faery(events: Events) -> np.ndarray[tuple[int], np.dtype[np.void]]:
+    """Our events in, faery's out."""
+    theirs = np.empty(events.size, faery.EVENTS_DTYPE)
+    for name, ours in (("t", "t"), ("x", "x"), ("y", "y"), ("on", "p")):
+        theirs[name] = events[ours]
+    return theirs
+
+
+def _listed(words: Iterable[str]) -> str:
+    """Words in, 'a, b or c' out."""
+    *most, last = words
+    return f"{', '.join(most)} or {last}"

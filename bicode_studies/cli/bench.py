@@ -1,0 +1,68 @@
+"""``bicode bench``: how fast this is on this machine, beside what it should reach."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from datetime import UTC, datetime
+
+import click
+import cv2
+from tqdm import tqdm
+
+from bicode_studies.bench.rows import GROUPS, Row
+from bicode_studies.bench.timing import Watch, machine
+from bicode_studies.bench.whole_runs import evaluation_row, notebook_row, worker_row
+from bicode_studies.notebook.figures import repository_root
+
+LONG = {"workers": worker_row, "notebooks": notebook_row, "evaluation": evaluation_row}
+IDLE = 0.1  # others' share of the machine up to which its figures may be quoted
+
+
+@click.command()
+@click.option("--save", is_flag=True, help="Keep the table in benchmarks/, named after day and processor.")
+@click.option("--long", is_flag=True, help="Also workers, notebooks and the whole evaluation: half an hour.")
+@click.option("--only", type=click.Choice([*GROUPS, *LONG]), multiple=True, help="These rows alone.")
+def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
+    """Measure receiver, generator, start and memory on this machine, one core each.
+
+    Figures are by processor time, the best of some repeats, those by the clock beside them; on an
+    idle machine both are the same. "others" is the share of the machine that other programs used
+    meanwhile: compare ratios within one run, and quote figures of an idle machine only.
+    """
+    cv2.setNumThreads(1)
+    watch = Watch()
+    rows: list[Row] = []
+    every = {**GROUPS, **LONG}
+    for group in tqdm(only or list(every if long else GROUPS), unit=" groups", disable=None):
+        for row in every[group]():
+            rows.append(row)
+            tqdm.write(_line(row))
+    about = machine()
+    others = watch.others()
+    click.echo("  ".join(f"{name} {value}" for name, value in about.items()))
+    click.echo(f"others used {others:.0%} of the machine, load average {os.getloadavg()[0]:.1f}"
+               + ("" if others <= IDLE else ": not idle, compare ratios only"))  # fmt: skip
+    if save:
+        click.echo(_save(rows, {**about, "others": round(others, 3)}))
+
+
+def _line(row: Row) -> str:
+    """A row in, its line out."""
+    sign = ">=" if row.at_least else "<="
+    verdict = "ok  " if row.is_met else "miss"
+    return (
+        f"{verdict} {row.name:17} {row.measured:8.3g} {row.unit} (reach {sign} {row.reach:.3g}; by the clock "
+        f"{row.by_clock:.3g}; others {row.others:.0%}, load {row.load:.1f})  {row.what}; beside: {row.beside}"
+    )
+
+
+def _save(rows: list[Row], about: dict[str, object]) -> str:
+    """Rows and the machine in, the file they were written to out."""
+    now = datetime.now(UTC)
+    name = "-".join(str(about["processor"]).lower().replace("(r)", "").split())
+    path = repository_root() / "benchmarks" / f"{now:%Y-%m-%d}-{name}-{about['cores']}-cores.json"
+    table = {"when": f"{now:%Y-%m-%d %H:%M} UTC", **about, "rows": [dataclasses.asdict(row) for row in rows]}
+    path.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    return str(path.relative_to(repository_root()))

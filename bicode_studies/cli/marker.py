@@ -1,0 +1,110 @@
+"""``bicode marker --id 37 --out DIR``: the sheets, the parts and the transmitter of one marker."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bicode_lab.fabrication import Driver, draw_paper, draw_plate, leds, parts_list, to_pdf, to_svg, transmitter_text
+from bicode_lab.fabrication.transmitter import FILE, PIN_D0
+from bicode_lab.marker import Board, Marker, PacketFormat
+from bicode_studies.cli.options import Number, Real
+
+
+@click.command()
+@click.option("--id", "payload", type=Number(), required=True, help="The blinked ID, for example 37 or 0x25.")
+@click.option("--out", type=click.Path(file_okay=True, path_type=Path), required=True, help="Folder for the files.")
+@click.option("--aruco-id", type=Number(), default=7, show_default=True, help="Which pattern of the dictionary.")
+@click.option("--dictionary", default="DICT_4X4_50", show_default=True, help="One of OpenCV's.")
+@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate.")
+@click.option(
+    "--glow",
+    type=click.Choice(["black", "white"]),
+    default="black",
+    show_default=True,
+    help="Which cells are engraved.",
+)
+@click.option("--led", type=click.Choice(["red", "ir"]), default="red", show_default=True, help="LED of III-A.")
+@click.option("--current-ma", type=Real(), help="While on; default: as bright as the paper's 5 cm plate.")
+@click.option("--supply-v", type=Real(), default=5.0, show_default=True, help="Supply of the LED.")
+@click.option("--led-forward-v", type=Real(), help="From the LED's data sheet.  [default: 2.1 red, 1.2 ir]")
+@click.option("--max-current-ma", type=Real(), help="Rating from the LED's data sheet.  [default: 40.9 red, 20.4 ir]")
+@click.option("--pin", type=Number(), default=PIN_D0, show_default=True, help="GPIO; 26 is D0 of the XIAO RP2040.")
+@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate.")
+@click.option("--start-bits", type=Number(), default=3, show_default=True)
+@click.option("--payload-bits", type=Number(), default=8, show_default=True)
+@click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
+@click.option("--checksum-bits", type=Number(), default=3, show_default=True)
+@click.option("--manchester", type=click.Choice(["ieee", "thomas"]), default="ieee", show_default=True)
+@click.option("--bit-order", type=click.Choice(["msb", "lsb"]), default="msb", show_default=True)
+def marker(payload: int, out: Path, pin: int, **options: Any) -> None:
+    """Write what it takes to build a marker to a folder: sheets, list of parts, transmitter."""
+    packet_format = PacketFormat(
+        f_id_hz=options["f_id_hz"],
+        start_bits=options["start_bits"],
+        payload_bits=options["payload_bits"],
+        checksum=options["checksum"],
+        checksum_bits=options["checksum_bits"],
+        manchester=options["manchester"],
+        bit_order=options["bit_order"],
+    )
+    board = Board(
+        aruco_id=options["aruco_id"],
+        dictionary=options["dictionary"],
+        size_m=options["size_m"],
+        glow=options["glow"],
+    )
+    transmitter = transmitter_text(payload, packet_format, pin)
+    title = f"Bicode marker: ID {payload}, ArUco {board.aruco_id} of {board.dictionary}"
+    plate, paper = draw_plate(board, title), draw_paper(board, title)
+    driver = _driver(board, options)
+    whole = Marker(
+        payload=payload,
+        board=board,
+        packet_format=packet_format,
+        current_ma=driver.real_current_ma,
+        band="visible" if options["led"] == "red" else "infrared",
+    )
+    pin_name = "D0 of the XIAO (GPIO 26)" if pin == PIN_D0 else f"GPIO {pin}"
+    files = {
+        "plate.svg": to_svg(plate).encode(),
+        "plate.pdf": to_pdf(plate),
+        "paper.svg": to_svg(paper).encode(),
+        "paper.pdf": to_pdf(paper),
+        "parts.md": parts_list(whole, driver, pin_name).encode(),
+        FILE: transmitter.encode(),
+    }
+    _write(out, files)
+    click.echo(f"{out}: {', '.join(files)}")
+    click.echo(
+        f"LED resistor {driver.resistor_ohm:g} ohm: {driver.real_current_ma:.2f} mA "
+        f"(check the LED's voltage and limit, see parts.md)"
+    )
+
+
+def _driver(board: Board, options: dict[str, Any]) -> Driver:
+    """The board and the options in, the LED's circuit out."""
+    led = leds()[options["led"]]
+    if options["led_forward_v"] is not None:
+        led = replace(led, forward_v=options["led_forward_v"], forward_from="as given")
+    if options["max_current_ma"] is not None:
+        led = replace(led, most_ma=options["max_current_ma"], most_from="as given")
+    current_ma = options["current_ma"]
+    if current_ma is None:  # as much current for the plate's area as in the paper (IV-C), as far as the LED allows
+        current_ma = min(led.office_ma * (board.size_m / 0.05) ** 2, led.most_ma)
+    return Driver(led=led, current_ma=current_ma, supply_v=options["supply_v"])
+
+
+def _write(out: Path, files: dict[str, bytes]) -> None:
+    """A folder and what belongs into it in, the files on disk out."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, data in files.items():
+            (out / name).write_bytes(data)
+    except OSError as error:
+        raise ValueError(
+            f"{out} cannot be written to ({error.strerror}); choose a folder of yours with --out"
+        ) from error

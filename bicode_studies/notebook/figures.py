@@ -1,0 +1,231 @@
+"""What every notebook uses: the drawing style, saved figures, answers checked.
+
+A figure is saved as three files that come out byte for byte the same from the same
+data: ``fig_NN_slug.png``, the plotted data as ``.csv``, and the parameters, the seed and
+the versions as ``.json``. The folder is named by the environment variable
+``BICODE_FIGURES``; without it, it is ``figures/quick`` of the repository.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import platform
+import re
+from collections.abc import Callable, Mapping
+from importlib import metadata, resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bicode_studies.notebook.parameters import Parameter, check_parameters, parameters_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "Parameter",
+    "check_answer",
+    "check_parameters",
+    "figures_folder",
+    "parameters_of",
+    "repository_root",
+    "save_figure",
+    "use_style",
+]
+
+FIGURE_DPI = 150
+SLUG = re.compile(r"\d\d_[a-z0-9]+(_[a-z0-9]+)*")
+RECORDED_VERSIONS = ("numpy", "scipy", "pandas", "matplotlib", "opencv-contrib-python-headless", "numba")
+
+
+def repository_root() -> Path:
+    """Nothing in, the folder that holds ``notebooks/`` and ``figures/`` out.
+
+    That is the first folder from here upwards with a ``notebooks`` and a ``bicode_lab`` in it,
+    else the one the package was installed from.
+
+    Raises
+    ------
+    ValueError
+        Where neither is a clone of the repository.
+    """
+    here = Path.cwd()
+    for folder in (here, *here.parents, Path(__file__).resolve().parents[2]):
+        if (folder / "notebooks").is_dir() and (folder / "bicode_lab").is_dir():
+            return folder
+    raise ValueError(f"no notebooks/ in {here} or above it; change into the folder the repository was cloned to")
+
+
+def figures_folder() -> Path:
+    """Nothing in, the folder figures are written to out (made where it is missing)."""
+    named = os.environ.get("BICODE_FIGURES")
+    folder = Path(named) if named else repository_root() / "figures" / "quick"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def use_style() -> None:
+    """Nothing in; every figure drawn from now on has the look of this collection."""
+    from matplotlib import pyplot as plt
+
+    with resources.as_file(resources.files("bicode_studies") / "plots" / "bicode.mplstyle") as style:
+        plt.style.use(style)
+
+
+def save_figure(
+    fig: Figure,
+    slug: str,
+    data: pd.DataFrame | Mapping[str, Any],
+    parameters: Mapping[str, Any],
+) -> Path:
+    """A figure, what it shows and what it was made with in; three files, and the picture's path, out.
+
+    Parameters
+    ----------
+    fig : matplotlib.figure.Figure
+    slug : str
+        Figure number and name: ``"02_pipeline"`` becomes ``fig_02_pipeline.png``, ``.csv``, ``.json``.
+    data : DataFrame or mapping
+        The plotted data. A mapping of columns of one length is one table; anything else
+        (series of several lengths, frames, tables) is written one below the other, with
+        the name in the column ``series``. Of a frame (2-D array) only pixels that are not 0 are written.
+        Numbers that are not integers keep six digits, so give times as integers.
+    parameters : mapping
+        The values the figure was made with, ``seed`` among them. Settings (dataclasses) may be values.
+
+    Raises
+    ------
+    ValueError
+        A slug that does not start with two digits.
+    """
+    if not SLUG.fullmatch(slug):
+        raise ValueError(f"slug {slug!r} does not name a figure; write its number and a name, such as '02_pipeline'")
+    folder = figures_folder()
+    stem = f"fig_{slug}"
+    as_table(data).to_csv(folder / f"{stem}.csv", index=False, float_format="%.6g", lineterminator="\n")
+    record = {
+        "figure": stem,
+        "parameters": dict(parameters),
+        "seed": parameters.get("seed"),
+        "versions": versions(),
+    }
+    text = json.dumps(record, sort_keys=True, indent=1, default=_as_json, ensure_ascii=False)
+    (folder / f"{stem}.json").write_text(text + "\n", encoding="utf-8")
+    picture = folder / f"{stem}.png"
+    _write_picture(fig, picture)
+    return picture
+
+
+def as_table(data: pd.DataFrame | Mapping[str, Any]) -> pd.DataFrame:
+    """Plotted data of any shape in, one table out (see `save_figure`).
+
+    Examples
+    --------
+    >>> as_table({"t_us": [0, 500], "led": [1, 0]})
+       t_us  led
+    0     0    1
+    1   500    0
+    >>> as_table({"on": [3], "off": [4, 5]})
+      series  index  value
+    0     on      0      3
+    1    off      0      4
+    2    off      1      5
+    """
+    import pandas as pd
+
+    if isinstance(data, pd.DataFrame):
+        return data
+    columns = {name: value if isinstance(value, pd.DataFrame) else np.asarray(value) for name, value in data.items()}
+    lengths = {value.size for value in columns.values() if value.ndim == 1}
+    if len(lengths) <= 1 and all(value.ndim < 2 for value in columns.values()):
+        rows = max(lengths, default=1)
+        return pd.DataFrame({name: np.broadcast_to(value, rows) for name, value in columns.items()})
+    parts = [_as_series(value).assign(series=name) for name, value in columns.items()]
+    together = pd.concat(parts, ignore_index=True)
+    return together[["series", *(name for name in together.columns if name != "series")]]
+
+
+def _as_series(value: Any) -> pd.DataFrame:
+    """One series, frame or table as a table of its own."""
+    import pandas as pd
+
+    if isinstance(value, pd.DataFrame):
+        return value
+    if value.ndim == 2:
+        y, x = np.nonzero(value)
+        return pd.DataFrame({"y": y, "x": x, "value": value[y, x]})
+    if value.ndim > 2:
+        raise ValueError(f"data of {value.ndim} dimensions are no figure's; give a table, series or frames")
+    return pd.DataFrame({"index": np.arange(value.size), "value": np.atleast_1d(value)})
+
+
+def versions() -> dict[str, str]:
+    """Nothing in, the versions a result may depend on out, by name."""
+    found = {"python": ".".join(platform.python_version_tuple()[:2])}
+    for name in ("bicode-lab", *RECORDED_VERSIONS):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def check_answer(answer: Any, test: Callable[[Any], Any], hint: str) -> None:
+    """An answer to an exercise in, one printed line out; never an error, so that a run goes on.
+
+    Parameters
+    ----------
+    answer : anything
+        ``None`` or ``...`` where nobody has tried yet.
+    test : callable
+        Takes the answer; returns whether it is right, or ``...`` where it was not attempted
+        (of use when the answer is a function with ``...`` as its body).
+    hint : str
+        What to think of next; printed where the answer is wrong.
+
+    Examples
+    --------
+    >>> check_answer(..., lambda bps: bps == 571, "8 bits in 14 ms")
+    not attempted yet
+    >>> check_answer(8, lambda bps: bps == 571, "8 bits in 14 ms")
+    not yet: 8 bits in 14 ms
+    >>> check_answer(571, lambda bps: bps == 571, "8 bits in 14 ms")
+    correct
+    """
+    if answer is None or answer is ...:
+        print("not attempted yet")
+        return
+    try:
+        verdict = test(answer)
+        right = verdict is not ... and bool(np.all(verdict))
+    except Exception as error:  # a wrong answer may be of any type, and must not stop the run
+        print(f"not yet: {hint} (the check stopped with {type(error).__name__}: {error})")
+        return
+    print("not attempted yet" if verdict is ... else "correct" if right else f"not yet: {hint}")
+
+
+def _write_picture(fig: Figure, path: Path) -> None:
+    """Write a small PNG without dates or program names: the same figure gives the same bytes."""
+    from PIL import Image
+
+    fig.savefig(path, dpi=FIGURE_DPI, metadata={"Software": None})
+    with Image.open(path) as full:
+        flat = Image.new("RGB", full.size, "white")
+        flat.paste(full, mask=full.getchannel("A") if "A" in full.getbands() else None)
+    few = flat.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
+    few.save(path, optimize=True, dpi=(FIGURE_DPI, FIGURE_DPI))
+
+
+def _as_json(value: Any) -> Any:
+    """What json itself cannot write: numpy's numbers and arrays, settings, paths."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return dataclasses.asdict(value)
+    if isinstance(value, Path):
+        return value.name
+    raise ValueError(f"parameter {value!r} cannot be written as JSON; give numbers, text, lists or settings")

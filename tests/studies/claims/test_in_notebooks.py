@@ -1,0 +1,41 @@
+"""What ends the notebooks of section IV: constants, points and verdicts, each from its file."""
+
+import pandas as pd
+
+from bicode_lab.constants import all_constants
+from bicode_studies.claims.in_notebooks import claims_of, fitted_for, points_of
+from bicode_studies.claims.verdicts import VERDICTS
+
+
+def trials(right: int) -> pd.DataFrame:
+    """Ten seeds of 20 periods at two distances and three angles, `right` of them right."""
+    rows = [
+        {"figure": "09", "distance_m": d, "yaw_deg": yaw, "seed": seed, "receiver": "ours", "frame_rule_2d": "any",
+         "periods": 20, "id_right": right, "marker_2d_right": right}
+        for d in (1.0, 2.5) for yaw in (0.0, 40.0, 80.0) for seed in range(10)
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def test_every_number_and_order_of_the_figure_is_judged(monkeypatch, tmp_path):
+    monkeypatch.setenv("BICODE_FIGURES", str(tmp_path))
+    judged = claims_of("09", trials(20))
+    assert list(judged.index) == ["F9.1", "F9.2", "F9.3", "F9.4", "F9.5"]
+    assert set(judged["verdict"]) <= set(VERDICTS)
+    assert judged.loc["F9.1", "verdict"] == "reproduced"
+    assert judged.loc["F9.5", "verdict"] == "no trials yet"
+    assert claims_of("09", trials(0)).loc["F9.1", "verdict"] == "contradicted"
+
+
+def test_what_was_fitted_is_told_and_only_its_own_figure_owns_it():
+    fitted = fitted_for("09")
+    assert set(fitted.index) == {each.name for each in all_constants().values() if each.fitted_to}
+    own = fitted[fitted["of this figure"]]
+    assert all(value.startswith("F9.") or value == "Fig. 9" for value in own["fitted to"])
+    assert fitted_for("10")["of this figure"].sum() == 0
+
+
+def test_points_may_be_kept_by_words_of_their_condition():
+    lux = [350.0, 2000.0]
+    assert set(points_of("11", "illuminance_lux", lux, "red LED")["id"]) == {"F11.0"}
+    assert "F11.0" not in set(points_of("11", "illuminance_lux", lux, "IR")["id"])

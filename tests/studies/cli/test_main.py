@@ -1,0 +1,174 @@
+"""The command line: exit codes, one line for every misuse, the nearest name."""
+
+import subprocess
+import sys
+import types
+
+import click
+import pytest
+
+from bicode_studies.cli import main as cli
+from bicode_studies.cli.doctor import check_package, read_pins, requirements
+from bicode_studies.notebook.runner import NotebookError
+
+
+@pytest.fixture
+def call(capsys):
+    """A function: words typed after ``bicode`` in; (exit code, stdout, stderr) out."""
+
+    def run(*words):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(words)
+        captured = capsys.readouterr()
+        return ended.value.code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def raising(monkeypatch):
+    """A function: an exception in; from now on ``bicode doctor`` raises it."""
+
+    def install(error):
+        @click.command()
+        def doctor():
+            raise error
+
+        monkeypatch.setitem(cli.COMMANDS, "doctor", ("command_broken", "doctor", "Break."))
+        broken = types.ModuleType("bicode_studies.cli.command_broken")
+        broken.doctor = doctor
+        broken.__spec__ = types.SimpleNamespace()
+        monkeypatch.setitem(sys.modules, "bicode_studies.cli.command_broken", broken)
+
+    return install
+
+
+def test_help_lists_the_commands(call):
+    code, out, _ = call("--help")
+    assert code == 0
+    assert {"run", "figures", "doctor"} <= set(out.split())
+
+
+@pytest.mark.parametrize("name", ["run", "figures", "doctor"])
+def test_every_command_has_help_with_its_words(call, name):
+    code, out, _ = call(name, "--help")
+    assert code == 0
+    assert out.startswith(f"Usage: bicode {name}")
+
+
+def test_help_imports_nothing_heavy():
+    script = (
+        "import sys; from bicode_studies.cli.main import main\n"
+        "try: main(['--help'])\n"
+        "except SystemExit: print(sorted(set(sys.modules) & {'papermill', 'cv2', 'numba', 'pandas', 'matplotlib'}))"
+    )
+    out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert out.rstrip().endswith("[]")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["figurs"], "no command 'figurs'; did you mean 'figures'?"),
+        (["xyzzy"], "no command 'xyzzy'; there are: "),
+        (["figures", "--fulll"], "--full"),
+        (["figures", "--jobs", "none"], "'none' is not a valid integer"),
+        (["run"], "Missing argument"),
+        (["run", "nope.ipynb"], "nope.ipynb: no such notebook"),
+    ],
+)
+def test_misuse_is_one_line_and_exit_code_2(call, words, said):
+    code, out, err = call(*words)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("bicode: ")
+    assert err.count("\n") == 1
+    assert said in err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (ValueError("first\n second"), 2, "bicode: first second\n"),
+        (FileNotFoundError(2, "No such file or directory", "a.raw"), 2, "bicode: a.raw: No such file or directory\n"),
+        (KeyboardInterrupt(), 130, "bicode: stopped\n"),
+        (click.ClickException("as click says"), 1, "bicode: as click says\n"),
+    ],
+)
+def test_errors_of_the_library_are_one_line(call, raising, error, code, said):
+    raising(error)
+    got, _, err = call("doctor")
+    assert got == code
+    assert err.endswith(said)
+    assert "Traceback" not in err
+
+
+def test_debug_shows_where_an_error_came_from(call, raising, monkeypatch):
+    monkeypatch.setenv("BICODE_DEBUG", "")
+    raising(ValueError("seven"))
+    assert "Traceback" not in call("doctor")[2]
+    _, _, err = call("--debug", "doctor")
+    assert "Traceback" in err
+    assert err.endswith("bicode: seven\n")
+
+
+def test_run_passes_the_parameters_on(call, make_notebook, monkeypatch, tmp_path):
+    path = make_notebook("distance_m = 2.5  # [m]")
+    code, out, _ = call(
+        "run", str(path), "-p", "distance_m", "-4", "--output", str(tmp_path / "a.ipynb"), "--figures", "."
+    )
+    assert code == 0
+    assert out.startswith("02_try_things.ipynb: ")
+    assert "distance_m = -4.0" in (tmp_path / "a.ipynb").read_text()
+
+
+def test_a_failing_notebook_is_one_line_and_exit_code_1(call, make_notebook, tmp_path):
+    path = make_notebook("seed = 0", "1 / 0")
+    code, _, err = call("run", str(path), "--output", str(tmp_path / "a.ipynb"), "--figures", str(tmp_path))
+    assert code == 1
+    assert err.startswith("bicode: 02_try_things.ipynb, cell 3: ZeroDivisionError: division by zero (log: ")
+    assert err.count("\n") == 1
+
+
+def test_figures_tells_each_notebook_and_fails_with_one(call, make_notebook, monkeypatch, tmp_path):
+    (tmp_path / "bicode_lab").mkdir()
+    make_notebook("seed = 0", name="notebooks/01_see_one.ipynb")
+    make_notebook("seed = 0", "1 / 0", name="notebooks/02_see_two.ipynb")
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call("figures", "--jobs", "2")
+    assert code == 1
+    assert "ok    01_see_one.ipynb" in out
+    assert "1 of 2 notebooks ran; 0 figures written to figures/quick" in out
+    assert "FAIL  02_see_two.ipynb, cell 3: ZeroDivisionError" in err
+    assert call("figures", "--only", "01")[0] == 0
+
+
+def test_doctor_finds_all_well_here(call):
+    code, out, _ = call("doctor")
+    assert "FAIL" not in out
+    assert code == 0
+    for name in ("numpy", "numba", "cv2.aruco", "kernel", "machine", "fonts"):
+        assert f"ok    {name}: " in out
+
+
+def test_doctor_tells_the_way_out(call, monkeypatch):
+    monkeypatch.setattr("bicode_studies.cli.doctor.check_numba", lambda: 1 / 0)
+    monkeypatch.setattr("bicode_studies.cli.doctor.requirements", lambda: [("no-such-package", ">=1")])
+    monkeypatch.setattr("bicode_studies.cli.doctor.check_kernel", lambda: "skipped")
+    code, out, _ = call("doctor")
+    assert code == 1
+    assert "FAIL  no-such-package: is not installed; run: make" in out
+    assert "FAIL  numba: division by zero; run: make" in out
+    assert out.endswith("2 to mend\n")
+
+
+def test_doctor_knows_versions_and_pins():
+    assert ("numba", ">=0.60") in requirements()
+    assert read_pins()["numpy"][0].isdigit()
+    with pytest.raises(RuntimeError, match=">=99 is needed"):
+        check_package("numpy", ">=99", None)
+    assert "the pins have 0.1" in check_package("numpy", ">=1", "0.1")
+
+
+def test_a_notebook_error_is_no_misuse():
+    assert not issubclass(NotebookError, (ValueError, OSError))
