@@ -16,7 +16,7 @@ polarity as +1 and -1 (II-A); `polarity_sign` is the one place where that is mad
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -138,6 +138,79 @@ def merge(*streams: Events) -> Events:
 def join(chunks: Iterable[Events]) -> Events:
     """Chunks of a stream in, one array of them one behind the other out."""
     return np.concatenate([words(no_events()), *(words(chunk) for chunk in chunks)]).view(EVENT_DTYPE).ravel()
+
+
+def windows(
+    chunks: Iterable[Events] | Events, length_us: int, *, t0_us: int | None = None, max_events: int | None = None
+) -> Iterator[tuple[int, Events]]:
+    """Cut a stream of events into windows of equal length; windows without events are left out.
+
+    Window k spans ``[t0_us + k * length_us, t0_us + (k + 1) * length_us)``. No more than one window and one chunk
+    are held in memory, and a quiet gap costs no time, however long it is.
+
+    Parameters
+    ----------
+    chunks : iterable of ndarray of EVENT_DTYPE, or one such array
+        Each chunk begins no earlier than the one before it ends; chunks may have any length.
+    length_us : int
+        Length of a window [us], 1 or more.
+    t0_us : int, optional
+        Start of window 0 [us]; earlier events are left out. None takes the time of the first event.
+    max_events : int, optional
+        A window with more events comes in several parts with the same start. None never divides a window.
+
+    Yields
+    ------
+    start_us : int
+        Start of the window [us].
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        Its events, n >= 1; a view of the chunk where the window lies inside one chunk.
+
+    Raises
+    ------
+    ValueError
+        If `length_us` is below 1, or a chunk begins before the previous one ends.
+
+    Examples
+    --------
+    >>> stream = make_events([0, 0, 0], [0, 0, 0], [1, 0, 1], [10, 25, 95])
+    >>> [(start_us, events["t"].tolist()) for start_us, events in windows(stream, 20)]
+    [(10, [10, 25]), (90, [95])]
+    """
+    if length_us < 1:
+        raise ValueError(f"length_us={length_us} is shorter than one microsecond; choose 1 or more")
+    held: list[Events] = []
+    n_held, start_us, last_us = 0, t0_us, None
+    for chunk in [chunks] if isinstance(chunks, np.ndarray) else chunks:
+        if not chunk.size:
+            continue
+        first_us = int(chunk["t"][0])
+        if last_us is not None and first_us < last_us:
+            raise ValueError(f"time runs backwards: {first_us} us follows {last_us} us; sort the events")
+        last_us = int(chunk["t"][-1])
+        if start_us is None:
+            start_us = first_us
+        rest = chunk if first_us >= start_us or held else chunk[bisect_left(chunk["t"], start_us) :]
+        while rest.size:
+            here_us = int(rest["t"][0])
+            if held and (here_us >= start_us + length_us or n_held == max_events):
+                yield start_us, _together(held)
+                held, n_held = [], 0
+            if here_us >= start_us + length_us:
+                start_us += (here_us - start_us) // length_us * length_us
+            end = bisect_left(rest["t"], start_us + length_us)  # np.searchsorted would copy the whole column
+            if max_events is not None:
+                end = min(end, max_events - n_held)
+            held.append(rest[:end])
+            n_held += end
+            rest = rest[end:]
+    if held and start_us is not None:
+        yield start_us, _together(held)
+
+
+def _together(parts: list[Events]) -> Events:
+    """Join the parts of a window; a single part is not copied."""
+    return parts[0] if len(parts) == 1 else join(parts)
 
 
 def copy_events(events: Events) -> Events:

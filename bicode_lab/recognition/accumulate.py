@@ -11,14 +11,13 @@ events nearly cancel in the sum:
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from bicode_lab.events import Events, no_events
+from bicode_lab.events import Events, windows
 from bicode_lab.recognition.event_codes import ONE, CodedEvents, EventCoder
 from bicode_lab.recognition.settings import FRAME_RULES, FrameRule
 
@@ -107,58 +106,12 @@ def frames(
     if delta_t_us < 1:
         raise ValueError(f"delta_t_us={delta_t_us} is not a time; choose 1 or more")
     expected: int | None = None
-    for start_us, events in cut(chunks, delta_t_us, t0_us=t0_us):
+    for start_us, events in windows(chunks, delta_t_us, t0_us=t0_us):
         while expected is not None and expected < start_us:
             yield expected, np.zeros((height, width), np.int8)
             expected += delta_t_us
         yield start_us, accumulate(events, width, height, rule)
         expected = start_us + delta_t_us
-
-
-def cut(
-    chunks: Iterable[Events] | Events, delta_t_us: int, *, t0_us: int | None = None
-) -> Iterator[tuple[int, Events]]:
-    """A stream of events in, span after span [t0 + k delta_t, t0 + (k + 1) delta_t) that holds any out.
-
-    No more than one span and one chunk are held. A quiet gap costs nothing, however long.
-
-    Raises
-    ------
-    ValueError
-        Where a chunk begins before the one ahead of it ended.
-    """
-    held: list[Events] = []
-    start_us = t0_us
-    last_us: int | None = None
-    for chunk in [chunks] if isinstance(chunks, np.ndarray) else chunks:
-        if not chunk.size:
-            continue
-        first_us = int(chunk["t"][0])
-        if last_us is not None and first_us < last_us:
-            raise ValueError(f"time runs backwards: {first_us} us follows {last_us} us; sort the events")
-        last_us = int(chunk["t"][-1])
-        if start_us is None:
-            start_us = first_us
-        rest = chunk if first_us >= start_us or held else chunk[bisect_left(chunk["t"], start_us) :]
-        while rest.size:
-            here_us = int(rest["t"][0])
-            if here_us >= start_us + delta_t_us:
-                if held:
-                    yield start_us, _join(held)
-                    held = []
-                start_us += (here_us - start_us) // delta_t_us * delta_t_us
-            end = bisect_left(rest["t"], start_us + delta_t_us)  # np.searchsorted would copy the whole column
-            held.append(rest[:end])
-            rest = rest[end:]
-    if held and start_us is not None:
-        yield start_us, _join(held)
-
-
-def _join(pieces: list[Events]) -> Events:
-    """Pieces in, one array out; a single piece is not copied."""
-    if not pieces:
-        return no_events()
-    return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
 @njit(cache=True, nogil=True)

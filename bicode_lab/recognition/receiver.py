@@ -16,13 +16,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
-from bicode_lab.events import Events
+from bicode_lab.events import Events, windows
 from bicode_lab.marker.board import aruco_dictionary
 from bicode_lab.marker.manchester import Convention
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.recognition.decode import REASONS, Packet, Reason, decode_packets
 from bicode_lab.recognition.event_codes import CodedEvents, EventCoder
 from bicode_lab.recognition.led_state import Counts, LedCounter
@@ -227,17 +227,56 @@ def _overlap(a: Box, b: Box) -> int:
     return max(w, 0) * max(h, 0)
 
 
-def recognise(
-    chunks: Iterable[Events] | Events, settings: ReceiverSettings | None = None, *, t0_us: int | None = None
-) -> Iterator[Sighting]:
-    """A stream of events in, a stream of sightings out: one for each track and period.
+class PeriodReader(Protocol):
+    """A receiver that is fed one period after the other."""
+
+    def __call__(self, start_us: int, events: Events) -> list[Sighting]:
+        """Read one period that starts at `start_us` [us]; return a sighting for each track."""
+
+
+class ReaderSettings(Protocol):
+    """Settings of a receiver beside the paper's, such as `soft_receiver.SoftSettings`."""
+
+    @property
+    def delta_t_whole_us(self) -> int:
+        """Length of a period [us]."""
+
+    def start(self, t0_us: int) -> PeriodReader:
+        """Make a receiver whose first period starts at `t0_us` [us]."""
+
+
+def start_receiver(settings: ReceiverSettings | ReaderSettings, t0_us: int) -> PeriodReader:
+    """Make the receiver that the settings describe.
 
     Parameters
     ----------
-    chunks : iterable of event arrays, or one event array
+    settings : ReceiverSettings or other settings with a method ``start``
+        Those of the paper's receiver, or of another one, such as `soft_receiver.SoftSettings`.
+    t0_us : int
+        Start of the first period [us].
+
+    Returns
+    -------
+    callable
+        Takes the start [us] and the events of each period in turn, and returns its sightings.
+    """
+    return Receiver(settings, t0_us) if isinstance(settings, ReceiverSettings) else settings.start(t0_us)
+
+
+def recognise(
+    chunks: Iterable[Events] | Events,
+    settings: ReceiverSettings | ReaderSettings | None = None,
+    *,
+    t0_us: int | None = None,
+) -> Iterator[Sighting]:
+    """Read a stream of events and yield one sighting for each track and period.
+
+    Parameters
+    ----------
+    chunks : iterable of ndarray of EVENT_DTYPE, or one such array
         In the order of time.
-    settings : ReceiverSettings, optional
-        None takes the paper's.
+    settings : ReceiverSettings or SoftSettings, optional
+        Which receiver reads, and how; None takes the paper's.
     t0_us : int, optional
         Start of the first period [us]; None takes the first event.
 
@@ -246,8 +285,8 @@ def recognise(
     Sighting
     """
     settings = settings or ReceiverSettings()
-    receiver: Receiver | None = None
-    for start_us, events in cut(chunks, settings.delta_t_whole_us, t0_us=t0_us):
+    receiver: PeriodReader | None = None
+    for start_us, events in windows(chunks, settings.delta_t_whole_us, t0_us=t0_us):
         if receiver is None:
-            receiver = Receiver(settings, start_us if t0_us is None else t0_us)
+            receiver = start_receiver(settings, start_us if t0_us is None else t0_us)
         yield from receiver(start_us, events)

@@ -14,7 +14,7 @@ packets are compressed and nobody else here can open them.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from typing import Any
 import faery
 import numpy as np
 
-from bicode_lab.events import EVENT_DTYPE, Events, join
+from bicode_lab.events import EVENT_DTYPE, Events, join, windows
 from bicode_lab.recordings.decode import Decoder
 from bicode_lab.recordings.formats import Header, RecordingError
 from bicode_lab.recordings.hdf5 import read_hdf5_pieces
@@ -86,7 +86,8 @@ class Recording:
             Where the file breaks a rule, if it is not read leniently: what, how often, and
             where first.
         """
-        return cut_chunks(self._counted_pieces(), self.chunk_us)
+        parts = windows(self._counted_pieces(), self.chunk_us, max_events=MAX_CHUNK_EVENTS)
+        return (events for _, events in parts)
 
     def read(self) -> Events:
         """Nothing in, all events out in one array of EVENT_DTYPE, shape (n,)."""
@@ -198,32 +199,6 @@ def open_recording(
         header=header,
         lenient=lenient,
     )
-
-
-def cut_chunks(pieces: Iterable[Events], chunk_us: int, max_events: int = MAX_CHUNK_EVENTS) -> Iterator[Events]:
-    """Time-ordered pieces of any length in, chunks of at most `chunk_us` and `max_events` out.
-
-    Chunk borders lie at t0 + k chunk_us, so they do not depend on the pieces.
-    """
-    held: list[Events] = []
-    n_held, end_us = 0, 0
-    started = False
-    for piece in pieces:
-        while piece.size:
-            if not started:
-                started, end_us = True, int(piece["t"][0]) + chunk_us
-            elif not n_held and piece["t"][0] >= end_us:
-                end_us += ((int(piece["t"][0]) - end_us) // chunk_us + 1) * chunk_us
-            n = min(int(np.searchsorted(piece["t"], end_us)), max_events - n_held)
-            held.append(piece[:n])
-            n_held += n
-            piece = piece[n:]
-            if piece.size or n_held == max_events:
-                if n_held:
-                    yield join(held)
-                held, n_held = [], 0
-    if n_held:
-        yield join(held)
 
 
 def _settle_size(

@@ -12,7 +12,7 @@ letters, beacon     a text instead of an ID, and the public beacons' files
 from bicode_lab.soft_receiver.clock import find_chips, lead_marks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.line_code import BicodeLine, LineCode, UartLine
-from bicode_lab.soft_receiver.receiver import SoftReceiver, SoftSettings, recognise_soft
+from bicode_lab.soft_receiver.receiver import SoftReceiver, SoftSettings
 from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeats
 from bicode_lab.soft_receiver.uart import Letter, read_letters
 from bicode_studies.real_light.beacon_files import read_beacon
@@ -32,5 +32,4 @@ __all__ = [
     "read_beacon",
     "read_letters",
     "read_repeats",
-    "recognise_soft",
 ]

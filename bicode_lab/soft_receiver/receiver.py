@@ -12,14 +12,12 @@ events still held.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.events import Events
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.recognition.decode import Packet
 from bicode_lab.recognition.led_state import Counts, LedCounter
 from bicode_lab.recognition.receiver import Box
@@ -69,6 +67,15 @@ class SoftSettings:
                 f"f_id_hz={self.receiver.packet_format.f_id_hz:g} makes chips shorter than {PHASES} us, "
                 "the soft receiver's bins a chip; choose a lower rate"
             )
+
+    @property
+    def delta_t_whole_us(self) -> int:
+        """Length of a period [us]."""
+        return self.receiver.delta_t_whole_us
+
+    def start(self, t0_us: int) -> SoftReceiver:
+        """Make a soft receiver whose first period starts at `t0_us` [us]."""
+        return SoftReceiver(self, t0_us)
 
 
 @dataclass
@@ -221,15 +228,3 @@ def join_boxes(regions: list[Box], faint: list[Box]) -> list[Box]:
 
     kept = [region for region in regions if not any(covers(box, region) for box in faint)]
     return kept + [box for box in faint if not any(covers(region, box) for region in kept)]
-
-
-def recognise_soft(
-    chunks: Iterable[Events] | Events, settings: SoftSettings | None = None, *, t0_us: int | None = None
-) -> Iterator[Sighting]:
-    """A stream of events in, a stream of sightings out: one for each track and period; see `recognition.recognise`."""
-    settings = settings or SoftSettings()
-    receiver: SoftReceiver | None = None
-    for start_us, events in cut(chunks, settings.receiver.delta_t_whole_us, t0_us=t0_us):
-        if receiver is None:
-            receiver = SoftReceiver(settings, start_us if t0_us is None else t0_us)
-        yield from receiver(start_us, events)

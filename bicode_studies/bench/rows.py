@@ -13,14 +13,13 @@ from typing import Any
 import numpy as np
 
 from bicode_lab.camera import Recorder, Scene, record, textured_wall
-from bicode_lab.events import Events, slice_time
+from bicode_lab.events import Events, slice_time, windows
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import Receiver, ReceiverSettings, recognise
-from bicode_lab.recognition.accumulate import cut
 from bicode_studies.bench import fresh_process as processes
 from bicode_studies.bench import streams
 from bicode_studies.bench.timing import Timing, all_opencv_threads, time_in_turn
-from bicode_studies.notebook.figures import repository_root
+from bicode_studies.repository import repository_root
 
 DENSE_MEV_PER_S, THIN_MEV_PER_S, WHOLE_MEV_PER_S = 50.0, 1.0, 20.0
 PERIODS = 6
@@ -112,7 +111,7 @@ def receiver_rows() -> Iterator[Row]:
 
 def _receive_plainly(events: Events, settings: ReceiverSettings) -> int:
     receiver = plain("plain_receiver").PlainReceiver(settings)
-    return sum(len(receiver(start, part)) for start, part in cut(events, settings.delta_t_whole_us, t0_us=0))
+    return sum(len(receiver(start, part)) for start, part in windows(events, settings.delta_t_whole_us, t0_us=0))
 
 
 def whole_row() -> Iterator[Row]:

@@ -28,7 +28,7 @@ from bicode_studies.calibration.search import FAR_PX, FIRST_SEED, judged_periods
 from bicode_studies.paper_experiments.processing_limit import HITS, delay_periods
 from bicode_studies.paper_experiments.scenes import Condition, scene_of
 from bicode_studies.paper_experiments.trial_rows import receiver_settings
-from bicode_studies.score import over_seeds
+from bicode_studies.statistics import over_seeds
 
 PERIODS = 5  # of each seed
 WANTED = {"edge_glow": 1.0, "infrared_share_office": 0.5, "infrared_share_evening": 0.5}  # 10 m read, 15 m not; half

@@ -8,7 +8,7 @@ from bicode_lab.constants import all_constants
 from bicode_studies.claims.points import stated_points
 from bicode_studies.claims.verdicts import judge_claims
 from bicode_studies.cli.claims import interval_of, read_claims, read_tables
-from bicode_studies.notebook.figures import figures_folder, repository_root
+from bicode_studies.repository import figures_folder, repository_root
 
 
 def points_of(figure: str, by: str, levels: list[float], condition: str = "") -> pd.DataFrame:

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_studies.claims.curves import Answer, Curve, Floats, NoTrials, Tables
-from bicode_studies.score import bootstrap
+from bicode_studies.statistics import bootstrap
 
 HALF = 0.5  # a range ends where accuracy falls below it
 

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from bicode_studies.bench.rows import GROUPS, Row
 from bicode_studies.bench.timing import Watch, machine
 from bicode_studies.bench.whole_runs import evaluation_row, notebook_row, worker_row
-from bicode_studies.notebook.figures import repository_root
+from bicode_studies.repository import repository_root
 
 LONG = {"workers": worker_row, "notebooks": notebook_row, "evaluation": evaluation_row}
 IDLE = 0.1  # others' share of the machine up to which its figures may be quoted

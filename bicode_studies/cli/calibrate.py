@@ -9,8 +9,8 @@ import click
 from bicode_lab.constants import constant
 from bicode_studies.calibration.other_claims import WANTED, fitted
 from bicode_studies.calibration.search import DRAWS, calibrate, in_the_file, judge
-from bicode_studies.notebook.figures import repository_root
 from bicode_studies.paper_experiments.figure_table import default_jobs
+from bicode_studies.repository import repository_root
 
 TABLE = "figures/calibration.csv"
 STORE = "build/calibration.sqlite"

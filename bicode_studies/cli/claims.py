@@ -9,7 +9,7 @@ import click
 import pandas as pd
 
 from bicode_studies.claims.verdicts import VERDICTS, count_verdicts, judge_claims
-from bicode_studies.notebook.figures import repository_root
+from bicode_studies.repository import repository_root
 
 TABLES = {
     "08": "fig_08_current.csv",

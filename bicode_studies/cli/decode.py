@@ -18,7 +18,7 @@ from bicode_lab.events import Events
 from bicode_lab.marker import PacketFormat
 from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise, settings_for
 from bicode_lab.recordings import Recording, open_recording
-from bicode_lab.soft_receiver import SoftSettings, UartLine, read_beacon, read_letters, recognise_soft
+from bicode_lab.soft_receiver import SoftSettings, UartLine, read_beacon, read_letters
 from bicode_studies.cli.options import Number, Real
 
 Row = dict[str, Any]
@@ -103,7 +103,7 @@ def decode(
     if options["receiver"] == "paper":
         _refuse_long_packets(settings.packet_format, periods=2 if packets else 1)
     if options["receiver"] == "soft":
-        sightings = recognise_soft(_watched(recording), SoftSettings(receiver=settings))
+        sightings = recognise(_watched(recording), SoftSettings(receiver=settings))
     else:
         sightings = recognise(_watched(recording), settings)
     if packets:

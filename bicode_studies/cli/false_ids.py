@@ -12,7 +12,7 @@ from tqdm import tqdm
 from bicode_lab.recordings import open_recording
 from bicode_studies.cli.kept_rows import KeptRows
 from bicode_studies.cli.options import Real
-from bicode_studies.notebook.figures import repository_root
+from bicode_studies.repository import repository_root
 from bicode_studies.robustness.clutter import RECEIVERS, SCENE_S, SCENES_A_PIECE, add_up, count_ids, count_piece, rates
 
 

@@ -24,9 +24,9 @@ def html(quick: bool, jobs: int | None, only: str, out: Path | None) -> int:
 
     Worked answers become pages, too. OUT/index.html is where to begin.
     """
-    from bicode_studies.notebook.figures import repository_root
     from bicode_studies.notebook.pages import Entry, write_index, write_page
     from bicode_studies.notebook.runner import find_notebooks, run_paths
+    from bicode_studies.repository import repository_root
 
     folder = (out or repository_root() / "build" / "html").resolve()
     executed = repository_root() / "build" / "notebooks"

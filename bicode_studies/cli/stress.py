@@ -9,7 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 from bicode_studies.cli.kept_rows import KeptRows
-from bicode_studies.notebook.figures import repository_root
+from bicode_studies.repository import repository_root
 from bicode_studies.robustness.receiver_ranges import receiver_ranges
 from bicode_studies.robustness.stressors import DISTANCE, STRESSORS, over_seeds
 from bicode_studies.robustness.stressors import stress as stress_trial

@@ -9,7 +9,7 @@ import click
 import pandas as pd
 
 from bicode_studies.paper_experiments.figure_table import FIGURES, STORE, condition_fields, figure_sweep
-from bicode_studies.score import over_seeds
+from bicode_studies.statistics import over_seeds
 
 
 @click.command(name="sweep")

@@ -12,7 +12,8 @@ from bicode_lab.camera import record, truth_at
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_studies.link_budget.budget import link_budget
 from bicode_studies.robustness.stressors import OPTICS, PERIOD_US, stress_scene
-from bicode_studies.score import Periods, bootstrap, score
+from bicode_studies.score import Periods, score
+from bicode_studies.statistics import bootstrap
 
 JUDGED = 15  # periods of each recording; one more comes first, so that tracks have begun
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import platform
 import re
 from collections.abc import Callable, Mapping
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bicode_studies.notebook.parameters import Parameter, check_parameters, parameters_of
+from bicode_studies.repository import figures_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,9 +30,7 @@ __all__ = [
     "Parameter",
     "check_answer",
     "check_parameters",
-    "figures_folder",
     "parameters_of",
-    "repository_root",
     "save_figure",
     "use_style",
 ]
@@ -40,32 +38,6 @@ __all__ = [
 FIGURE_DPI = 150
 SLUG = re.compile(r"\d\d_[a-z0-9]+(_[a-z0-9]+)*")
 RECORDED_VERSIONS = ("numpy", "scipy", "pandas", "matplotlib", "opencv-contrib-python-headless", "numba")
-
-
-def repository_root() -> Path:
-    """Nothing in, the folder that holds ``notebooks/`` and ``figures/`` out.
-
-    That is the first folder from here upwards with a ``notebooks`` and a ``bicode_lab`` in it,
-    else the one the package was installed from.
-
-    Raises
-    ------
-    ValueError
-        Where neither is a clone of the repository.
-    """
-    here = Path.cwd()
-    for folder in (here, *here.parents, Path(__file__).resolve().parents[2]):
-        if (folder / "notebooks").is_dir() and (folder / "bicode_lab").is_dir():
-            return folder
-    raise ValueError(f"no notebooks/ in {here} or above it; change into the folder the repository was cloned to")
-
-
-def figures_folder() -> Path:
-    """Nothing in, the folder figures are written to out (made where it is missing)."""
-    named = os.environ.get("BICODE_FIGURES")
-    folder = Path(named) if named else repository_root() / "figures" / "quick"
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 def use_style() -> None:

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bicode_studies.notebook.figures import repository_root
 from bicode_studies.notebook.parameters import check_parameters, parameters_of
+from bicode_studies.repository import repository_root
 
 if TYPE_CHECKING:
     from nbclient.output_widget import OutputWidget

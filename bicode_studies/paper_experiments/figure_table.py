@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from bicode_studies.notebook.figures import repository_root
 from bicode_studies.paper_experiments import grids as experiments
 from bicode_studies.paper_experiments.scenes import Condition
+from bicode_studies.repository import repository_root
 from bicode_studies.sweep.sweep import Sweep, sweep
 
 FIGURES = ("08", "09", "10", "11", "12", "14")

@@ -15,14 +15,13 @@ from tqdm import tqdm
 
 from bicode_lab import paper
 from bicode_lab.camera import Recorder, Scene, truth_at
-from bicode_lab.events import Events
+from bicode_lab.events import Events, windows
 from bicode_lab.recognition import ReceiverSettings
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.recognition.decode import decode_packets
 from bicode_lab.recognition.led_state import count_on_off
 from bicode_studies.paper_experiments.scenes import Condition, scene_of
 from bicode_studies.paper_experiments.trial_rows import PERIOD_S, receiver_settings
-from bicode_studies.score import over_seeds
+from bicode_studies.statistics import over_seeds
 
 Box = tuple[int, int, int, int]
 HOWS = ("still", "pan", "spin")
@@ -88,7 +87,7 @@ def _lag_rows(condition: Condition, lags: Sequence[int], seed: int, periods: int
     payload = scene.markers[0].marker.payload
     right, shares = dict.fromkeys(lags, 0), dict.fromkeys(lags, 0.0)
     recorder = Recorder(scene, periods * PERIOD_S, np.random.default_rng([seed, 2]))
-    for start_us, events in cut(recorder, settings.delta_t_whole_us, t0_us=0):
+    for start_us, events in windows(recorder, settings.delta_t_whole_us, t0_us=0):
         now = box_of(scene, start_us, settings)
         for lag in lags:
             late = box_of(scene, start_us - lag * settings.delta_t_whole_us, settings)

@@ -22,9 +22,8 @@ import pandas as pd
 from bicode_lab import paper
 from bicode_lab.camera import Recorder, truth_at
 from bicode_lab.constants import constant
-from bicode_lab.events import Events, slice_time
+from bicode_lab.events import Events, slice_time, windows
 from bicode_lab.recognition import Receiver, ReceiverSettings, Sighting
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.recognition.marker_2d import find_marker_2d, frame_2d
 from bicode_studies.paper_experiments.processing_limit import periods_lost
 from bicode_studies.paper_experiments.scenes import Condition, scene_of, whole_s
@@ -55,7 +54,7 @@ def run_trial(condition: Condition, seed: int) -> list[dict[str, Any]]:
     sightings: list[Sighting] = []
     graded: list[Sighting] = []
     n_events = 0
-    for start_us, events in cut(recorder, settings.delta_t_whole_us, t0_us=0):
+    for start_us, events in windows(recorder, settings.delta_t_whole_us, t0_us=0):
         n_events += events.size
         sightings += receiver(start_us, events)
         if counting is not None:

@@ -21,7 +21,7 @@ from tqdm import tqdm
 from bicode_lab.camera import MarkerTruth, Scene, record, truth_at
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recognition.marker_2d import Marker2d, find_marker_2d, frame_2d
-from bicode_lab.soft_receiver import SoftSettings, recognise_soft
+from bicode_lab.soft_receiver import SoftSettings
 from bicode_studies.paper_experiments.grids import PERIOD_S
 from bicode_studies.paper_experiments.scenes import Condition, scene_of
 from bicode_studies.paper_experiments.trial_rows import receiver_settings
@@ -69,10 +69,7 @@ def read_with(
         events = record(scene, periods * PERIOD_S, np.random.default_rng([seed, 2]))
         for name, reader in (receivers or {"ours": receiver_settings}).items():
             settings = reader(condition)
-            if isinstance(settings, SoftSettings):
-                sightings = recognise_soft(events, settings, t0_us=0)
-            else:
-                sightings = recognise(events, settings, t0_us=0)
+            sightings = recognise(events, settings, t0_us=0)
             table = score(sightings, partial(truth_at, scene), judged)
             right = {column: int(table[column].sum()) for column in ("id_right", "marker_2d_right")}
             right["axes_wrong"] = int((table["axis_deg"] > AXIS_DEG).sum())

@@ -114,7 +114,7 @@ def draw_levels(
     Parameters
     ----------
     curves : DataFrame
-        Rows of `evaluation.accuracy.curves_of`: `by`, ``distance_m``, ``accuracy``, ``low``, ``high``.
+        Rows of `evaluation.accuracy.accuracy_curves`: `by`, ``distance_m``, ``accuracy``, ``low``, ``high``.
     ax : Axes
     by : str
         The column of the levels.

@@ -24,10 +24,9 @@ import pandas as pd
 from scipy.stats import chi2
 
 from bicode_lab.camera import Flicker, Lamp, Moving, Optics, Pose, Recorder, Scene, Still, textured_wall
-from bicode_lab.events import Events, join
+from bicode_lab.events import Events, join, windows
 from bicode_lab.marker.packet import ChecksumKind
 from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.soft_receiver import SoftReceiver, SoftSettings
 
 ClutterKind = Literal["mains lamps", "mains and dimmer", "moving edges"]
@@ -243,7 +242,7 @@ class NowAndThen(SoftReceiver):
 def _read_now_and_then(events: Events, settings: ReceiverSettings, every: int) -> Iterator[Sighting]:
     """Events in, sightings of every n-th period out."""
     receiver: NowAndThen | None = None
-    for start_us, part in cut(events, settings.delta_t_whole_us):
+    for start_us, part in windows(events, settings.delta_t_whole_us):
         if receiver is None:
             receiver = NowAndThen(SoftSettings(receiver=settings), start_us, lambda k: k % every == every - 1, every)
         yield from receiver(start_us, part)

@@ -26,13 +26,13 @@ import pandas as pd
 
 from bicode_lab.camera import Optics, Placed, Pose, Readout, Recorder, Scene, Still, truth_at
 from bicode_lab.camera.readout import ReadoutQueue
-from bicode_lab.events import EVENT_DTYPE, Events, copy_events, join, make_events, merge
+from bicode_lab.events import EVENT_DTYPE, Events, copy_events, join, make_events, merge, windows
 from bicode_lab.marker import Marker
 from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.soft_receiver import SoftSettings
 from bicode_studies.robustness.clutter import NowAndThen
-from bicode_studies.score import Periods, bootstrap, score
+from bicode_studies.score import Periods, score
+from bicode_studies.statistics import bootstrap
 
 PERIOD_US = 33_000
 WARM_UP = 30  # periods that are not judged
@@ -190,7 +190,7 @@ def _read(receiver: str, events: Events) -> Iterator[Sighting]:
         return (s for s in recognise(events, settings, t0_us=0) if s.t_us >= start_us)
     soft = SoftSettings(receiver=settings, evidence_periods=1 if receiver == "soft, 1 period" else 30)
     reader = NowAndThen(soft, 0, lambda period: period >= WARM_UP)
-    return (sighting for t_us, part in cut(events, PERIOD_US, t0_us=0) for sighting in reader(t_us, part))
+    return (sighting for t_us, part in windows(events, PERIOD_US, t0_us=0) for sighting in reader(t_us, part))
 
 
 def stress(stressor: Stressor, level: float, seed: int) -> pd.DataFrame:

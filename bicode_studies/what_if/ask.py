@@ -25,7 +25,8 @@ from bicode_lab.camera import Optics, Recorder, Scene, truth_at
 from bicode_lab.events import Events, copy_events, join, slice_time
 from bicode_lab.recognition import Sighting, accumulate, recognise
 from bicode_lab.recognition.sighting import packet_rows
-from bicode_studies.score import Periods, accuracy, bootstrap, score
+from bicode_studies.score import Periods, accuracy, score
+from bicode_studies.statistics import bootstrap
 from bicode_studies.what_if.choice import Choice, remarks
 
 

@@ -6,8 +6,8 @@ from blinker import noise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_lab.events import Events, make_events, no_events, polarity_sign
-from bicode_lab.recognition import accumulate, count_events, cut, frames
+from bicode_lab.events import Events, make_events, no_events, polarity_sign, windows
+from bicode_lab.recognition import accumulate, count_events, frames
 
 WIDTH, HEIGHT = 7, 5
 
@@ -94,8 +94,8 @@ def test_frames_come_at_a_constant_rate_empty_ones_too() -> None:
 @given(seed=st.integers(0, 2**32 - 1), borders=st.lists(st.integers(0, 700), max_size=6), dt=st.integers(1, 4000))
 def test_how_a_stream_is_chunked_does_not_matter(seed: int, borders: list[int], dt: int) -> None:
     events = some_events(seed)
-    whole = list(cut(events, dt))
-    parts = list(cut(np.split(events, sorted(borders)), dt))
+    whole = list(windows(events, dt))
+    parts = list(windows(np.split(events, sorted(borders)), dt))
     assert [t for t, _ in whole] == [t for t, _ in parts]
     for (start, a), (_, b) in zip(whole, parts, strict=True):
         np.testing.assert_array_equal(a, b)
@@ -106,15 +106,15 @@ def test_how_a_stream_is_chunked_does_not_matter(seed: int, borders: list[int], 
 def test_a_quiet_gap_of_hours_costs_nothing() -> None:
     hours_us = 7 * 3600 * 10**6
     events = make_events([0, 1], [0, 0], [1, 1], [5, 5 + hours_us])
-    assert [t for t, _ in cut(events, 10)] == [5, 5 + hours_us]
+    assert [t for t, _ in windows(events, 10)] == [5, 5 + hours_us]
 
 
 def test_time_running_backwards_between_chunks_is_refused() -> None:
     first, second = make_events([0], [0], [1], [50]), make_events([0], [0], [1], [20])
     with pytest.raises(ValueError, match="20 us follows 50 us"):
-        list(cut([first, second], 10))
+        list(windows([first, second], 10))
 
 
 def test_events_ahead_of_t0_are_left_out() -> None:
     events = make_events([0, 1, 2], [0, 0, 0], [1, 1, 1], [5, 15, 25])
-    assert [(t, part.size) for t, part in cut(events, 10, t0_us=12)] == [(12, 1), (22, 1)]
+    assert [(t, part.size) for t, part in windows(events, 10, t0_us=12)] == [(12, 1), (22, 1)]

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_lab.events import EVENT_DTYPE, check_events, make_events, no_events
+from bicode_lab.events import EVENT_DTYPE, check_events, make_events, no_events, windows
 from bicode_lab.recordings import RecordingError, open_recording, write_npz
-from bicode_lab.recordings.reader import MAX_CHUNK_EVENTS, cut_chunks
+from bicode_lab.recordings.reader import MAX_CHUNK_EVENTS
 
 SIZE_PX = (640, 480)
 FAERY = [("a.raw", "evt2"), ("b.raw", "evt3"), ("a.dat", None), ("a.aedat4", None), ("a.es", None), ("a.csv", None)]
@@ -169,12 +169,12 @@ def test_csv_columns_may_come_in_any_order(tmp_path):
 def test_chunks_do_not_depend_on_how_the_file_was_cut(times, cuts, chunk_us, max_events):
     events = make_events(np.arange(len(times)), np.zeros(len(times)), np.zeros(len(times)), times)
     pieces = np.split(events, np.sort(np.minimum(cuts, len(times))).astype(int)) if cuts else [events]
-    chunks = list(cut_chunks(pieces, chunk_us, max_events))
+    chunks = [part for _, part in windows(pieces, chunk_us, max_events=max_events)]
     assert np.concatenate([no_events(), *chunks]).tolist() == events.tolist()
     assert all(1 <= chunk.size <= max_events for chunk in chunks)
-    windows = [(chunk["t"] - events["t"][0]) // chunk_us for chunk in chunks]
-    assert all(len(set(window)) == 1 for window in windows), "a chunk lies within one window of chunk_us"
-    whole = list(cut_chunks([events], chunk_us, max_events))
+    spans = [(chunk["t"] - events["t"][0]) // chunk_us for chunk in chunks]
+    assert all(len(set(window)) == 1 for window in spans), "a chunk lies within one window of chunk_us"
+    whole = [part for _, part in windows([events], chunk_us, max_events=max_events)]
     assert [chunk.tolist() for chunk in chunks] == [chunk.tolist() for chunk in whole]
 
 

@@ -14,7 +14,7 @@ from bicode_lab.events import Events, make_events, merge, no_events
 from bicode_lab.marker import Marker, PacketFormat
 from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
 from bicode_lab.recordings import open_recording
-from bicode_lab.soft_receiver import SoftSettings, find_faint_regions, recognise_soft
+from bicode_lab.soft_receiver import SoftSettings, find_faint_regions
 from bicode_studies.cli.main import main
 from bicode_studies.link_budget.paper_ranges import range_m
 from bicode_studies.score import Periods, score
@@ -73,7 +73,7 @@ def test_one_period_is_read_1_25_times_as_far_as_by_the_papers_rule() -> None:
     for seed in range(N_SEEDS):
         scene, events = seen(1.25 * papers_range_m(), seed, N_PERIODS)
         settings = SoftSettings(receiver=PAPER, evidence_periods=1)
-        rows = list(recognise_soft(events, settings, t0_us=0))
+        rows = list(recognise(events, settings, t0_us=0))
         soft.append(id_right(rows, scene, N_PERIODS).mean())
         n_wrong += wrong(rows, scene)
         scene, events = seen(papers_range_m(), seed, N_PERIODS)
@@ -87,7 +87,7 @@ def test_one_second_is_read_1_5_times_as_far_as_by_the_papers_rule() -> None:
     n, soft = 40, []
     for seed in range(10):
         scene, events = seen(1.5 * papers_range_m(), seed, n)
-        rows = list(recognise_soft(events, SoftSettings(receiver=PAPER), t0_us=0))
+        rows = list(recognise(events, SoftSettings(receiver=PAPER), t0_us=0))
         soft.append(id_right(rows, scene, n)[30:].mean())
         assert wrong(rows, scene) == 0
     assert np.mean(soft) >= 0.5
@@ -97,7 +97,7 @@ def test_one_second_is_read_1_5_times_as_far_as_by_the_papers_rule() -> None:
 @pytest.mark.parametrize("distance_m", [2.5, 10.0, 16.0])
 def test_near_markers_are_read_as_well(distance_m: float, evidence_periods: int) -> None:
     scene, events = seen(distance_m, 1, 5)
-    rows = list(recognise_soft(events, SoftSettings(receiver=PAPER, evidence_periods=evidence_periods), t0_us=0))
+    rows = list(recognise(events, SoftSettings(receiver=PAPER, evidence_periods=evidence_periods), t0_us=0))
     assert id_right(rows, scene, 5).all()
     # Packets are where they were sent, up to a latency.
     marker = scene.markers[0].marker
@@ -110,7 +110,7 @@ def test_near_markers_are_read_as_well(distance_m: float, evidence_periods: int)
 def test_a_moving_marker_is_followed() -> None:
     scene = Scene(markers=(Placed(path=Still(Pose.facing(5.0))),), camera=pan(0.3, 5.0))
     events = record(scene, 10 * PERIOD_US * 1e-6, 0)
-    assert id_right(recognise_soft(events, SoftSettings(receiver=PAPER), t0_us=0), scene, 10).mean() >= 0.9
+    assert id_right(recognise(events, SoftSettings(receiver=PAPER), t0_us=0), scene, 10).mean() >= 0.9
 
 
 def test_faint_light_is_found_among_noise_and_hot_pixels() -> None:
@@ -150,7 +150,7 @@ def test_real_recordings_without_a_marker_give_no_id(real_recordings: Path, name
             detect_2d=False,
         )
         settings = SoftSettings(receiver=receiver, evidence_periods=evidence_periods)
-        assert [row for row in recognise_soft(events, settings) if row.id is not None] == []
+        assert [row for row in recognise(events, settings) if row.id is not None] == []
 
 
 def test_a_quiet_gap_costs_nothing_and_loses_nothing() -> None:
@@ -158,7 +158,7 @@ def test_a_quiet_gap_costs_nothing_and_loses_nothing() -> None:
     scene, events = seen(10.0, 2, 4)
     later = events.copy()
     later["t"] += 5000 * PERIOD_US + 4711
-    rows = list(recognise_soft(np.concatenate([events, later]), SoftSettings(receiver=PAPER), t0_us=0))
+    rows = list(recognise(np.concatenate([events, later]), SoftSettings(receiver=PAPER), t0_us=0))
     ids = [row.id for row in rows if row.t_us >= 5001 * PERIOD_US]
     assert ids
     assert set(ids) == {scene.markers[0].marker.payload}

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bicode_studies.score import accuracy, bootstrap, over_seeds
+from bicode_studies.score import accuracy
+from bicode_studies.statistics import bootstrap, over_seeds
 
 
 def test_the_interval_over_seeds_covers_the_mean() -> None:

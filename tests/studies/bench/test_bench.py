@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from bicode_lab.camera import PixelModel, Recorder
-from bicode_lab.events import check_events, slice_time
+from bicode_lab.events import check_events, slice_time, windows
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import ReceiverSettings, recognise
-from bicode_lab.recognition.accumulate import cut
 from bicode_lab.recognition.event_codes import EventCoder
 from bicode_studies.bench import bounds_table as bounds
 from bicode_studies.bench import lower_bounds as least_cost
@@ -46,7 +45,7 @@ def test_the_plain_receiver_reads_what_ours_reads(rate):
     receiver = plain("plain_receiver").PlainReceiver(SETTINGS)
     found = [
         regions
-        for start, part in cut(events, SETTINGS.delta_t_whole_us, t0_us=0)
+        for start, part in windows(events, SETTINGS.delta_t_whole_us, t0_us=0)
         for regions in [receiver(start, part)]
     ]
     for k, regions in enumerate(found):

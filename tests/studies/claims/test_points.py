@@ -6,7 +6,7 @@ import pytest
 from bicode_lab import paper
 from bicode_studies.claims.points import stated_points
 from bicode_studies.cli.claims import read_claims
-from bicode_studies.notebook.figures import repository_root
+from bicode_studies.repository import repository_root
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from bicode_lab.soft_receiver import SoftSettings
 from bicode_studies.paper_experiments.scenes import Condition, scene_of
 from bicode_studies.paper_experiments.trial_rows import receiver_settings
 from bicode_studies.paper_experiments.variants import glimpse, read_with, with_pattern
-from bicode_studies.statistics import curves_of
+from bicode_studies.statistics import accuracy_curves
 
 WIDTH, HEIGHT = 160, 120
 NEAR = Condition(figure="08", distance_m=2.5)
@@ -59,7 +59,7 @@ def test_the_same_again_is_the_same(read):
 
 
 def test_curves_have_both_kinds_with_intervals(read):
-    curves = curves_of(read.assign(frame_rule_2d="any"), ["distance_m"])
+    curves = accuracy_curves(read.assign(frame_rule_2d="any"), ["distance_m"])
     assert set(zip(curves["kind"], curves["receiver"], strict=True)) == {
         (kind, receiver) for kind in ("blinker", "2d") for receiver in ("plain", "soft")
     }

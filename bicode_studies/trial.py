@@ -1,0 +1,192 @@
+"""One trial: record a scene once, read it with every receiver, score each against the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bicode_lab import paper
+from bicode_lab.camera import Recorder, Scene, truth_at
+from bicode_lab.events import Events, join, windows
+from bicode_lab.recognition import PeriodReader, ReaderSettings, ReceiverSettings, Sighting, start_receiver
+from bicode_studies.score import AXIS_DEG, Periods, score
+
+Settings = ReceiverSettings | ReaderSettings
+PERIOD_S = paper.DELTA_T_WHOLE_US * 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reading:
+    """What one receiver reads in one recording, and how much of it is right.
+
+    Attributes
+    ----------
+    sightings : tuple of Sighting
+        Of the periods that are judged.
+    scores : DataFrame
+        One row for each of those periods and each marker in view, see `score.score`.
+    wrong_ids : int
+        Sightings with an ID that no marker of the scene sends.
+    """
+
+    sightings: tuple[Sighting, ...]
+    scores: pd.DataFrame
+    wrong_ids: int
+
+    def right(self, name: str = "id_right") -> int:
+        """Count the right periods: of the ID, or with ``"marker_2d_right"`` of the 2D marker."""
+        return int(self.scores[name].sum()) if len(self.scores) else 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial:
+    """One recording and what each receiver reads in it.
+
+    Attributes
+    ----------
+    readings : dict of str to Reading
+        By the receivers' names.
+    n_events, n_lost : int
+        Events that arrive, and events that the camera's readout loses.
+    """
+
+    readings: dict[str, Reading]
+    n_events: int
+    n_lost: int
+
+
+def read(events: Events, scene: Scene, settings: Settings, periods: Periods) -> Reading:
+    """Read a recording with one receiver and score it against the truth.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        Times from 0, the start of the scene.
+    scene : Scene
+        What was recorded.
+    settings : ReceiverSettings or SoftSettings
+    periods : Periods
+        The periods that are judged.
+
+    Returns
+    -------
+    Reading
+    """
+    reader = start_receiver(settings, 0)
+    sightings = [s for t_us, part in windows(events, settings.delta_t_whole_us, t0_us=0) for s in reader(t_us, part)]
+    return _judged(sightings, scene, periods)
+
+
+def record_and_read(
+    scene: Scene,
+    receivers: Mapping[str, Settings],
+    *,
+    periods: Periods,
+    seed: int,
+    duration_s: float | None = None,
+    damage: Callable[[Events], Events] | None = None,
+) -> Trial:
+    """Record a scene once and read it with every receiver.
+
+    Events pass through period by period, so that memory does not grow with the recording, unless `damage` needs
+    them all at once.
+
+    Parameters
+    ----------
+    scene : Scene
+    receivers : mapping of str to ReceiverSettings or SoftSettings
+        By name; all have the same delta_t_whole_us.
+    periods : Periods
+        The periods that are judged.
+    seed : int
+        Seed of all chance in the camera.
+    duration_s : float, optional
+        Length of the recording [s]; None ends it with the last judged period.
+    damage : callable, optional
+        What happens to the events between the camera and the receivers: takes and returns an event array.
+
+    Returns
+    -------
+    Trial
+
+    Raises
+    ------
+    ValueError
+        If the receivers have periods of different lengths.
+    """
+    lengths_us = {settings.delta_t_whole_us for settings in receivers.values()}
+    if len(lengths_us) != 1:
+        raise ValueError(f"receivers have delta_t_whole_us of {sorted(lengths_us)}; give those of one length at a time")
+    (length_us,) = lengths_us
+    end_us = periods.start_us + periods.count * periods.length_us
+    recorder = Recorder(scene, end_us * 1e-6 if duration_s is None else duration_s, np.random.default_rng([seed, 2]))
+    chunks: Iterable[Events] = recorder if damage is None else [damage(join(recorder))]
+    readers: dict[str, PeriodReader] = {name: start_receiver(each, 0) for name, each in receivers.items()}
+    sightings: dict[str, list[Sighting]] = {name: [] for name in readers}
+    n_events = 0
+    for start_us, events in windows(chunks, length_us, t0_us=0):
+        n_events += events.size
+        for name, reader in readers.items():
+            sightings[name] += reader(start_us, events)
+    readings = {name: _judged(found, scene, periods) for name, found in sightings.items()}
+    return Trial(readings=readings, n_events=n_events, n_lost=recorder.queue.lost)
+
+
+def run(scene: Scene, receivers: Mapping[str, Settings], *, periods: int, seed: int, warm_up: int = 0) -> pd.DataFrame:
+    """Record a scene once, read it with every receiver and score each against the truth.
+
+    Parameters
+    ----------
+    scene : Scene
+    receivers : mapping of str to ReceiverSettings or SoftSettings
+        By name; all have the same delta_t_whole_us.
+    periods : int
+        Number of periods that are judged.
+    seed : int
+        Seed of all chance in the camera.
+    warm_up : int
+        Periods before those, which the receivers read and nobody judges.
+
+    Returns
+    -------
+    DataFrame
+        One row for each receiver: ``receiver``; ``seed``; ``periods`` with a marker in view (times the number of
+        markers); counts of periods ``id_right``, ``marker_2d_right`` and ``axes_wrong``, in which the pattern was
+        found but an axis points elsewhere; ``wrong_ids``; ``events`` and ``lost`` of the whole recording.
+
+    Examples
+    --------
+    >>> rows = run(Scene(), {"paper": ReceiverSettings()}, periods=3, seed=0)
+    >>> rows[["receiver", "periods", "id_right", "wrong_ids"]].to_dict("records")
+    [{'receiver': 'paper', 'periods': 3, 'id_right': 3, 'wrong_ids': 0}]
+    """
+    length_us = next(iter(receivers.values())).delta_t_whole_us
+    judged = Periods(start_us=warm_up * length_us, count=periods, length_us=length_us)
+    trial = record_and_read(scene, receivers, periods=judged, seed=seed)
+    return pd.DataFrame([_row(name, reading, trial, seed) for name, reading in trial.readings.items()])
+
+
+def _judged(sightings: Iterable[Sighting], scene: Scene, periods: Periods) -> Reading:
+    """Score the sightings of the judged periods."""
+    kept = tuple(s for s in sightings if s.t_us >= periods.start_us)
+    sent = {placed.marker.payload for placed in scene.markers}
+    return Reading(
+        sightings=kept,
+        scores=score(kept, lambda t_us: truth_at(scene, t_us), periods),
+        wrong_ids=sum(s.id is not None and s.id not in sent for s in kept),
+    )
+
+
+def _row(name: str, reading: Reading, trial: Trial, seed: int) -> dict[str, Any]:
+    """Return a receiver's row of the table of `run`."""
+    scores = reading.scores
+    return {
+        "receiver": name, "seed": seed, "periods": len(scores),
+        "id_right": reading.right(), "marker_2d_right": reading.right("marker_2d_right"),
+        "axes_wrong": int((scores["axis_deg"] > AXIS_DEG).sum()) if len(scores) else 0,
+        "wrong_ids": reading.wrong_ids, "events": trial.n_events, "lost": trial.n_lost,
+    }  # fmt: skip
