@@ -16,6 +16,7 @@ from bicode_lab.camera.motion import Path
 from bicode_lab.camera.optics import OFFICE_INFRARED_SHARE
 from bicode_lab.constants import constant
 from bicode_lab.marker import Board, Marker
+from bicode_lab.recognition import ReceiverSettings
 
 WALL_M = 5.0  # where the wall is, at least
 WALL_BEHIND = 1.25  # times as far as the marker, at least
@@ -146,3 +147,35 @@ def _wall(condition: Condition) -> Wall:
     distance_m = max(WALL_M, WALL_BEHIND * condition.distance_m)
     texel_m = distance_m / optics_of(condition).focal_px
     return textured_wall(WALL_PICTURE, contrast=WALL_CONTRAST, distance_m=distance_m, texel_m=texel_m)
+
+
+WINDOW = Optics(width=96, height=72)  # a small sensor with the paper's lens, for trials of the ID alone
+WINDOW_RECEIVER = ReceiverSettings(width=WINDOW.width, height=WINDOW.height, detect_2d=False)
+
+
+def window_scene(distance_m: float, seed: int, clock_error_ppm: float = 0.0) -> Scene:
+    """Place the paper's marker before a small sensor, `WINDOW`, where an ID is simulated and read quickly.
+
+    Parameters
+    ----------
+    distance_m : float
+        Distance from camera to marker [m]; the marker faces the camera.
+    seed : int
+        Seed of the payload (1 .. 255), of the phase of the packet, of the place within a pixel and of the sign of the
+        clock error.
+    clock_error_ppm : float
+        Size of the error of the transmitter's clock [ppm].
+
+    Returns
+    -------
+    Scene
+    """
+    rng = np.random.default_rng([seed, 1])
+    x, y = rng.uniform(-0.5, 0.5, 2) * distance_m / WINDOW.focal_px
+    marker = Marker(
+        payload=int(rng.integers(1, 256)),
+        phase_us=float(rng.uniform(0, paper.PACKET_US)),
+        clock_error_ppm=float(clock_error_ppm * rng.choice([-1, 1])),
+    )
+    path = Still(Pose.facing(distance_m, x_m=float(x), y_m=float(y)))
+    return Scene(markers=(Placed(marker=marker, path=path),), optics=WINDOW)
