@@ -1,9 +1,8 @@
-"""What every notebook uses: the drawing style, saved figures, answers checked.
+"""The drawing style, and figures saved together with their data and parameters.
 
-A figure is saved as three files that come out byte for byte the same from the same
-data: ``fig_NN_slug.png``, the plotted data as ``.csv``, and the parameters, the seed and
-the versions as ``.json``. The folder is named by the environment variable
-``BICODE_FIGURES``; without it, it is ``figures/quick`` of the repository.
+A figure is saved as three files: ``fig_NN_slug.png``, the plotted data as ``.csv``, and the parameters, the seed and
+the versions as ``.json``. The same data give the same bytes. The environment variable ``BICODE_FIGURES`` names the
+folder; without it, figures go to ``figures/quick`` of the repository.
 """
 
 from __future__ import annotations
@@ -12,28 +11,18 @@ import dataclasses
 import json
 import platform
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import metadata, resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bicode_studies.notebook.parameters import Parameter, check_parameters, parameters_of
 from bicode_studies.repository import figures_folder
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-__all__ = [
-    "Parameter",
-    "check_answer",
-    "check_parameters",
-    "parameters_of",
-    "save_figure",
-    "use_style",
-]
 
 FIGURE_DPI = 150
 SLUG = re.compile(r"\d\d_[a-z0-9]+(_[a-z0-9]+)*")
@@ -41,7 +30,7 @@ RECORDED_VERSIONS = ("numpy", "scipy", "pandas", "matplotlib", "opencv-contrib-p
 
 
 def use_style() -> None:
-    """Nothing in; every figure drawn from now on has the look of this collection."""
+    """Give every figure drawn from now on the look of this collection (``plots/bicode.mplstyle``)."""
     from matplotlib import pyplot as plt
 
     with resources.as_file(resources.files("bicode_studies") / "plots" / "bicode.mplstyle") as style:
@@ -54,25 +43,28 @@ def save_figure(
     data: pd.DataFrame | Mapping[str, Any],
     parameters: Mapping[str, Any],
 ) -> Path:
-    """A figure, what it shows and what it was made with in; three files, and the picture's path, out.
+    """Save a figure, the data it shows and the parameters it was made with.
 
     Parameters
     ----------
     fig : matplotlib.figure.Figure
+        The figure.
     slug : str
         Figure number and name: ``"02_pipeline"`` becomes ``fig_02_pipeline.png``, ``.csv``, ``.json``.
     data : DataFrame or mapping
-        The plotted data. A mapping of columns of one length is one table; anything else
-        (series of several lengths, frames, tables) is written one below the other, with
-        the name in the column ``series``. Of a frame (2-D array) only pixels that are not 0 are written.
-        Numbers that are not integers keep six digits, so give times as integers.
+        The plotted data, see `as_table`. Numbers that are not integers keep six digits, so give times as integers.
     parameters : mapping
         The values the figure was made with, ``seed`` among them. Settings (dataclasses) may be values.
+
+    Returns
+    -------
+    Path
+        The picture. The two other files lie beside it.
 
     Raises
     ------
     ValueError
-        A slug that does not start with two digits.
+        If the slug does not start with two digits, or if JSON cannot hold a parameter.
     """
     if not SLUG.fullmatch(slug):
         raise ValueError(f"slug {slug!r} does not name a figure; write its number and a name, such as '02_pipeline'")
@@ -93,7 +85,24 @@ def save_figure(
 
 
 def as_table(data: pd.DataFrame | Mapping[str, Any]) -> pd.DataFrame:
-    """Plotted data of any shape in, one table out (see `save_figure`).
+    """Put plotted data of any shape into one table.
+
+    Parameters
+    ----------
+    data : DataFrame or mapping
+        A mapping of columns of one length becomes one table. Anything else (series of several lengths, frames,
+        tables) is written one below the other, with the name in the column ``series``. Of a frame (2-D array), only
+        the pixels that are not 0 are written.
+
+    Returns
+    -------
+    DataFrame
+        The table.
+
+    Raises
+    ------
+    ValueError
+        If an array has more than two dimensions.
 
     Examples
     --------
@@ -122,7 +131,7 @@ def as_table(data: pd.DataFrame | Mapping[str, Any]) -> pd.DataFrame:
 
 
 def _as_series(value: Any) -> pd.DataFrame:
-    """One series, frame or table as a table of its own."""
+    """Return one series, frame or table as a table of its own."""
     import pandas as pd
 
     if isinstance(value, pd.DataFrame):
@@ -131,12 +140,18 @@ def _as_series(value: Any) -> pd.DataFrame:
         y, x = np.nonzero(value)
         return pd.DataFrame({"y": y, "x": x, "value": value[y, x]})
     if value.ndim > 2:
-        raise ValueError(f"data of {value.ndim} dimensions are no figure's; give a table, series or frames")
+        raise ValueError(f"data of {value.ndim} dimensions cannot be written as a table; give a table, series or frames (2-D)")
     return pd.DataFrame({"index": np.arange(value.size), "value": np.atleast_1d(value)})
 
 
 def versions() -> dict[str, str]:
-    """Nothing in, the versions a result may depend on out, by name."""
+    """Return the versions that a result may depend on, by name.
+
+    Returns
+    -------
+    dict of str to str
+        The version of Python and of each package, or "not installed".
+    """
     found = {"python": ".".join(platform.python_version_tuple()[:2])}
     for name in ("bicode-lab", *RECORDED_VERSIONS):
         try:
@@ -146,42 +161,8 @@ def versions() -> dict[str, str]:
     return found
 
 
-def check_answer(answer: Any, test: Callable[[Any], Any], hint: str) -> None:
-    """An answer to an exercise in, one printed line out; never an error, so that a run goes on.
-
-    Parameters
-    ----------
-    answer : anything
-        ``None`` or ``...`` where nobody has tried yet.
-    test : callable
-        Takes the answer; returns whether it is right, or ``...`` where it was not attempted
-        (of use when the answer is a function with ``...`` as its body).
-    hint : str
-        What to think of next; printed where the answer is wrong.
-
-    Examples
-    --------
-    >>> check_answer(..., lambda bps: bps == 571, "8 bits in 14 ms")
-    not attempted yet
-    >>> check_answer(8, lambda bps: bps == 571, "8 bits in 14 ms")
-    not yet: 8 bits in 14 ms
-    >>> check_answer(571, lambda bps: bps == 571, "8 bits in 14 ms")
-    correct
-    """
-    if answer is None or answer is ...:
-        print("not attempted yet")
-        return
-    try:
-        verdict = test(answer)
-        right = verdict is not ... and bool(np.all(verdict))
-    except Exception as error:  # a wrong answer may be of any type, and must not stop the run
-        print(f"not yet: {hint} (the check stopped with {type(error).__name__}: {error})")
-        return
-    print("not attempted yet" if verdict is ... else "correct" if right else f"not yet: {hint}")
-
-
 def _write_picture(fig: Figure, path: Path) -> None:
-    """Write a small PNG without dates or program names: the same figure gives the same bytes."""
+    """Write a small PNG without dates or program names, so that the same figure gives the same bytes."""
     from PIL import Image
 
     fig.savefig(path, dpi=FIGURE_DPI, metadata={"Software": None})
@@ -193,7 +174,7 @@ def _write_picture(fig: Figure, path: Path) -> None:
 
 
 def _as_json(value: Any) -> Any:
-    """What json itself cannot write: numpy's numbers and arrays, settings, paths."""
+    """Convert what ``json`` itself cannot write: NumPy's numbers and arrays, settings, paths."""
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

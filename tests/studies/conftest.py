@@ -1,4 +1,4 @@
-"""Throwaway notebooks."""
+"""Notebooks that are made for one test."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +11,7 @@ MakeNotebook = Callable[..., Path]
 
 @pytest.fixture
 def make_notebook(tmp_path: Path) -> MakeNotebook:
-    """A function: code cells in, the path of a notebook out; the first cell is its parameters."""
+    """Return a function that writes a notebook of the given code cells; the first holds its parameters."""
 
     def make(*cells: str, name: str = "02_try_things.ipynb", tag: str = "parameters") -> Path:
         node = nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell("# Try things")])
