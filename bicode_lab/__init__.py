@@ -28,7 +28,7 @@ _WHERE = {
     "Board": "marker",
     "PacketFormat": "marker",
     "Scene": "camera",
-    "Placed": "camera",
+    "PlacedMarker": "camera",
     "Pose": "camera",
     "Still": "camera",
     "spin": "camera",
@@ -42,7 +42,7 @@ _WHERE = {
 }
 
 if TYPE_CHECKING:
-    from bicode_lab.camera import Placed, Pose, Scene, Still, pan, record, spin
+    from bicode_lab.camera import PlacedMarker, Pose, Scene, Still, pan, record, spin
     from bicode_lab.marker import Board, Marker, PacketFormat
     from bicode_lab.recognition import ReceiverSettings, accumulate, recognise, to_table
     from bicode_lab.recordings import open_recording
@@ -51,7 +51,7 @@ __all__ = [
     "Board",
     "Marker",
     "PacketFormat",
-    "Placed",
+    "PlacedMarker",
     "Pose",
     "ReceiverSettings",
     "Scene",

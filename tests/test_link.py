@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bicode_lab.camera import Placed, Pose, Recorder, Scene, Still, stream_over, truth_at
+from bicode_lab.camera import PlacedMarker, Pose, Recorder, Scene, Still, stream_over, truth_at
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recordings import open_recording
@@ -25,7 +25,7 @@ def some_scene(distance_m: float, rng: np.random.Generator) -> Scene:
     """The default marker with a payload, a phase and a sub-pixel place of its own."""
     marker = Marker(payload=int(rng.integers(256)), phase_us=float(rng.uniform(0, 14_000)))
     x, y = rng.uniform(-0.5, 0.5, 2) * distance_m / FOCAL_PX
-    return Scene(markers=(Placed(marker=marker, path=Still(Pose.facing(distance_m, x_m=x, y_m=y))),))
+    return Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(distance_m, x_m=x, y_m=y))),))
 
 
 def judged(scene: Scene, n_periods: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -64,7 +64,7 @@ def five_markers(rng: np.random.Generator) -> Scene:
             phase_us=float(rng.uniform(0, 14_000)),
             clock_error_ppm=float(rng.uniform(-400, 400)),
         )
-        markers.append(Placed(marker=marker, path=Still(Pose.facing(distance, x_m=x, y_m=y))))
+        markers.append(PlacedMarker(marker=marker, path=Still(Pose.facing(distance, x_m=x, y_m=y))))
     return Scene(markers=tuple(markers))
 
 

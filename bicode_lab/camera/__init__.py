@@ -6,7 +6,7 @@ from bicode_lab.camera.motion import Moving, Pose, Still, pan, spin
 from bicode_lab.camera.optics import Light, Optics
 from bicode_lab.camera.pixels import PixelModel
 from bicode_lab.camera.readout import Readout
-from bicode_lab.camera.recorder import Placed, Recorder, Scene, record
+from bicode_lab.camera.recorder import PlacedMarker, Recorder, Scene, record
 from bicode_lab.camera.truth import MarkerTruth, packet_starts_us, truth_at, truth_table
 from bicode_lab.camera.wall import Wall, textured_wall
 
@@ -18,7 +18,7 @@ __all__ = [
     "Moving",
     "Optics",
     "PixelModel",
-    "Placed",
+    "PlacedMarker",
     "Pose",
     "Readout",
     "Recorder",

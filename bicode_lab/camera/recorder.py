@@ -29,7 +29,7 @@ FORGET = 10.0  # time constants after which a pixel's level no longer tells of i
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placed:
+class PlacedMarker:
     """A marker on its path through the world."""
 
     marker: Marker = field(default_factory=Marker)
@@ -42,7 +42,7 @@ class Scene:
 
     Parameters
     ----------
-    markers : tuple of Placed
+    markers : tuple of PlacedMarker
     camera : Path
         Where the camera is in the world.
     optics, light, pixel_model, readout
@@ -55,7 +55,7 @@ class Scene:
         Lights that are no markers; they are none of the truth.
     """
 
-    markers: tuple[Placed, ...] = (Placed(),)
+    markers: tuple[PlacedMarker, ...] = (PlacedMarker(),)
     camera: Path = field(default_factory=Still)
     optics: Optics = field(default_factory=Optics)
     light: Light = field(default_factory=Light)

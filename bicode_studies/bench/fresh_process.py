@@ -20,8 +20,8 @@ REPEATS = 5
 RUN_DECODE = "from bicode_studies.cli.main import main; main(['decode', {path!r}, '--format', 'csv'])"
 RUN_GENERATOR = """
 import numpy as np
-from bicode_lab.camera import Placed, Pose, Recorder, Scene, Still
-scene = Scene(markers=(Placed(path=Still(Pose.facing(5.0))),))
+from bicode_lab.camera import PlacedMarker, Pose, Recorder, Scene, Still
+scene = Scene(markers=(PlacedMarker(path=Still(Pose.facing(5.0))),))
 for chunk in Recorder(scene, {seconds}, np.random.default_rng(0)):
     pass
 """

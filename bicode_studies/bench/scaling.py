@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from bicode_lab.camera import Optics, PixelModel, Placed, Pose, Recorder, Scene, Still
+from bicode_lab.camera import Optics, PixelModel, PlacedMarker, Pose, Recorder, Scene, Still
 from bicode_lab.events import Events, slice_time
 from bicode_lab.marker import Marker
 from bicode_lab.recognition import LedCounter, ReceiverSettings, RegionFinder, Tracker, decode_packets, recognise
@@ -87,7 +87,8 @@ def by_markers(numbers: Sequence[int], seconds: float, seed: int = 0) -> pd.Data
     rows = []
     for number in numbers:
         placed = [
-            Placed(marker=Marker(payload=PAYLOADS[k % 6], phase_us=777.0 * k), path=_grid(k)) for k in range(number)
+            PlacedMarker(marker=Marker(payload=PAYLOADS[k % 6], phase_us=777.0 * k), path=_grid(k))
+            for k in range(number)
         ]
         scene = Scene(markers=tuple(placed))
         events = np.concatenate(list(Recorder(scene, seconds, np.random.default_rng(seed))))
@@ -109,7 +110,7 @@ def by_pixels(widths: Sequence[int], seconds: float, seed: int = 0) -> pd.DataFr
     rows = []
     for width in widths:
         optics = Optics(width=width, height=width * HEIGHT // WIDTH)
-        scene = Scene(markers=(Placed(path=Still(Pose.facing(5.0))),), optics=optics,
+        scene = Scene(markers=(PlacedMarker(path=Still(Pose.facing(5.0))),), optics=optics,
                       pixel_model=PixelModel(background_hz=1.0))  # fmt: skip
         events = np.concatenate(list(Recorder(scene, seconds, np.random.default_rng(seed))))
         settings = ReceiverSettings(width=optics.width, height=optics.height)
@@ -124,7 +125,7 @@ def by_pixels(widths: Sequence[int], seconds: float, seed: int = 0) -> pd.DataFr
 
 def by_length(seconds: Sequence[float], seed: int = 0) -> pd.DataFrame:
     """Lengths of a recording of one marker at 5 m in; time to make it and to read it out [s]."""
-    scene = Scene(markers=(Placed(path=Still(Pose.facing(5.0))),))
+    scene = Scene(markers=(PlacedMarker(path=Still(Pose.facing(5.0))),))
     settings = ReceiverSettings(detect_2d=False)
     rows = []
     for length_s in seconds:

@@ -10,7 +10,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.camera import Lamp, Light, Optics, PixelModel, Placed, Pose, Readout, Scene, Still, Wall, pan, record
+from bicode_lab.camera import (
+    Lamp,
+    Light,
+    Optics,
+    PixelModel,
+    PlacedMarker,
+    Pose,
+    Readout,
+    Scene,
+    Still,
+    Wall,
+    pan,
+    record,
+)
 from bicode_lab.events import Events, make_events, merge
 from bicode_lab.marker import Board, LedWaveform, Marker
 
@@ -84,19 +97,20 @@ def square_scene(*, whole_sensor: bool) -> Scene:
 
 def what_if_scene() -> Scene:
     """A marker at 5 m, and no more of the sensor than it lights."""
-    return Scene(markers=(Placed(path=Still(Pose.facing(5.0))),), optics=Optics(width=96, height=96), light=Light())
+    placed = PlacedMarker(path=Still(Pose.facing(5.0)))
+    return Scene(markers=(placed,), optics=Optics(width=96, height=96), light=Light())
 
 
 def still_scene(distance_m: float, size_m: float = 0.05, current_ma: float = 10.7) -> Scene:
     """The paper's static marker."""
     marker = Marker(board=Board(size_m=size_m), current_ma=current_ma)
-    return Scene(markers=(Placed(marker=marker, path=Still(Pose.facing(distance_m))),))
+    return Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(distance_m))),))
 
 
 def pan_scene(distance_m: float, tangential_m_per_s: float, wall: Wall) -> Scene:
     """The paper's moving camera, with a wall behind the marker."""
     return Scene(
-        markers=(Placed(path=Still(Pose.facing(distance_m))),),
+        markers=(PlacedMarker(path=Still(Pose.facing(distance_m))),),
         camera=pan(tangential_m_per_s, distance_m, start_deg=-5.0),
         wall=wall,
     )
@@ -107,7 +121,7 @@ def near_scene() -> Scene:
     places = ((1.0, -0.2, -0.1, 0x25, 7), (1.2, 0.0, -0.12, 0x3C, 11), (1.5, 0.3, -0.15, 0x81, 3))
     return Scene(
         markers=tuple(
-            Placed(
+            PlacedMarker(
                 marker=Marker(payload=payload, board=Board(aruco_id=aruco), phase_us=500.0 * aruco),
                 path=Still(Pose.facing(d, x_m=x, y_m=y)),
             )

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from bicode_lab.camera import Optics, Placed, Pose, Scene, Still, record
+from bicode_lab.camera import Optics, PlacedMarker, Pose, Scene, Still, record
 from bicode_lab.camera.optics import IR88_TRANSMITTANCE
 from bicode_lab.events import make_events
 from bicode_lab.marker import Board, Marker, PacketFormat, encode_packet
@@ -115,7 +115,7 @@ def read(payloads: Iterable[int], distance_m: float = 2.5) -> list[Sighting]:
     """Payloads in; what the receiver makes of markers side by side that send them, in one period, out."""
     places = [Pose.facing(distance_m, x_m=0.1 * i) for i, _ in enumerate(payloads)]
     optics = Optics(width=320, height=96)
-    markers = [Placed(marker=Marker(payload=p), path=Still(at)) for p, at in zip(payloads, places, strict=True)]
+    markers = [PlacedMarker(marker=Marker(payload=p), path=Still(at)) for p, at in zip(payloads, places, strict=True)]
     scene = Scene(markers=tuple(markers), optics=optics)
     settings = ReceiverSettings(width=optics.width, height=optics.height, detect_2d=False)
     return list(recognise(record(scene, settings.delta_t_whole_us * 1e-6, rng=0), settings, t0_us=0))

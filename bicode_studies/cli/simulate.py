@@ -12,7 +12,7 @@ import click
 import numpy as np
 from tqdm import tqdm
 
-from bicode_lab.camera import Light, Optics, Placed, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
+from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
 from bicode_lab.events import Events
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import WRITABLE, open_recording, write_recording
@@ -103,7 +103,7 @@ def _scene(options: dict[str, Any], phase_share: float) -> Scene:
     pose = Pose.facing(options["distance_m"], x_m=options["x_m"], y_m=options["y_m"], yaw_deg=options["yaw_deg"])
     path = spin(pose, options["rpm"]) if options["rpm"] else Still(pose)
     return Scene(
-        markers=(Placed(marker=marker, path=path),),
+        markers=(PlacedMarker(marker=marker, path=path),),
         optics=Optics(),
         light=Light(illuminance_lux=options["lux"]),
     )

@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.camera import Light, Optics, Placed, Pose, Scene, Still
+from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Scene, Still
 from bicode_lab.camera.plate_image import image_corners
 from bicode_lab.marker import Board, Marker, PacketFormat, encode_packet
 from bicode_lab.marker.marker import Band
@@ -114,7 +114,7 @@ def link_budget(
     receiver = receiver or ReceiverSettings()
     board = Board(size_m=size_m)
     marker = Marker(board=board, current_ma=current_ma, band=band, packet_format=receiver.packet_format, payload=1)
-    placed = Placed(marker=marker, path=Still(Pose.facing(distance_m, yaw_deg=yaw_deg)))
+    placed = PlacedMarker(marker=marker, path=Still(Pose.facing(distance_m, yaw_deg=yaw_deg)))
     scene = Scene(markers=(placed,), optics=optics or Optics(), light=Light(illuminance_lux=illuminance_lux))
     return budget_of(scene, receiver, seed=seed)
 

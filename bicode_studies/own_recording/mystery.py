@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.camera import Placed, Pose, Scene, Still
+from bicode_lab.camera import PlacedMarker, Pose, Scene, Still
 from bicode_lab.marker import Board, Marker, PacketFormat
 
 SECONDS = 0.2
@@ -39,7 +39,7 @@ def mystery_scene(seed: int) -> Scene:
             phase_us=float(rng.uniform(0, packet_format.packet_us)),
         )
         pose = Pose.facing(distance_m, x_m=float(x_m), y_m=float(y_m), yaw_deg=yaw_deg)
-        placed.append(Placed(marker=marker, path=Still(pose)))
+        placed.append(PlacedMarker(marker=marker, path=Still(pose)))
     return replace(Scene(), markers=tuple(placed))
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bicode_lab import paper
-from bicode_lab.camera import Light, Optics, Placed, Pose, Scene, Still, Wall, pan, spin, textured_wall
+from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Scene, Still, Wall, pan, spin, textured_wall
 from bicode_lab.camera.motion import Path
 from bicode_lab.camera.optics import OFFICE_INFRARED_SHARE
 from bicode_lab.constants import constant
@@ -99,7 +99,7 @@ def scene_of(condition: Condition, seed: int) -> Scene:
     pose = Pose.facing(condition.distance_m, x_m=float(x), y_m=float(y), yaw_deg=condition.yaw_deg, roll_deg=turned)
     path = spin(pose, condition.rpm) if condition.rpm else Still(pose)
     return Scene(
-        markers=(Placed(marker=marker, path=path),),
+        markers=(PlacedMarker(marker=marker, path=path),),
         camera=_camera(condition, seed),
         optics=optics,
         light=light_of(condition),
@@ -178,4 +178,4 @@ def window_scene(distance_m: float, seed: int, clock_error_ppm: float = 0.0) -> 
         clock_error_ppm=float(clock_error_ppm * rng.choice([-1, 1])),
     )
     path = Still(Pose.facing(distance_m, x_m=float(x), y_m=float(y)))
-    return Scene(markers=(Placed(marker=marker, path=path),), optics=WINDOW)
+    return Scene(markers=(PlacedMarker(marker=marker, path=path),), optics=WINDOW)

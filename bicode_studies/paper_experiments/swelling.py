@@ -28,8 +28,8 @@ def face_over_ambient(scene: Scene) -> float:
     Examples
     --------
     >>> from dataclasses import replace
-    >>> from bicode_lab import Marker, Placed
-    >>> one, two = (Scene(markers=(Placed(marker=Marker(current_ma=ma)),)) for ma in (10, 20))
+    >>> from bicode_lab import Marker, PlacedMarker
+    >>> one, two = (Scene(markers=(PlacedMarker(marker=Marker(current_ma=ma)),)) for ma in (10, 20))
     >>> round(face_over_ambient(two) / face_over_ambient(one), 3)
     2.0
     """

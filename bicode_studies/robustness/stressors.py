@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from bicode_lab.camera import Optics, Placed, Pose, Readout, Recorder, Scene, Still, truth_at
+from bicode_lab.camera import Optics, PlacedMarker, Pose, Readout, Recorder, Scene, Still, truth_at
 from bicode_lab.camera.readout import ReadoutQueue
 from bicode_lab.events import EVENT_DTYPE, Events, copy_events, join, make_events, merge, windows
 from bicode_lab.marker import Marker
@@ -144,7 +144,7 @@ def stress_scene(distance_m: float, seed: int, clock_error_ppm: float = 0.0) -> 
         clock_error_ppm=float(clock_error_ppm * rng.choice([-1, 1])),
     )
     path = Still(Pose.facing(distance_m, x_m=float(x), y_m=float(y)))
-    return Scene(markers=(Placed(marker=marker, path=path),), optics=OPTICS)
+    return Scene(markers=(PlacedMarker(marker=marker, path=path),), optics=OPTICS)
 
 
 def stressed(stressor: Stressor, level: float, seed: int) -> tuple[Scene, Events]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bicode_lab.camera import Light, Optics, PixelModel, Placed, Pose, Scene, Still
+from bicode_lab.camera import Light, Optics, PixelModel, PlacedMarker, Pose, Scene, Still
 from bicode_lab.camera.plate_image import reach_px
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.marker.packet import ChecksumKind
@@ -107,7 +107,7 @@ class Choice:
         )
         path = Still(Pose.facing(self.distance_m, x_m=float(x_m), y_m=float(y_m)))
         return Scene(
-            markers=(Placed(marker=marker, path=path),),
+            markers=(PlacedMarker(marker=marker, path=path),),
             optics=replace(whole, width=width, height=height),
             light=Light(illuminance_lux=self.illuminance_lux),
             pixel_model=PixelModel(hot_pixels=0),  # eight on the whole sensor are none in a window

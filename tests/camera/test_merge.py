@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bicode_lab.camera import Optics, PixelModel, Placed, Pose, Recorder, Scene, Still, stream_over
+from bicode_lab.camera import Optics, PixelModel, PlacedMarker, Pose, Recorder, Scene, Still, stream_over
 from bicode_lab.events import check_events, make_events, merge, no_events
 
 SMALL = Optics(width=64, height=48)
 SCENE = Scene(
-    markers=(Placed(path=Still(Pose.facing(10.0))),),
+    markers=(PlacedMarker(path=Still(Pose.facing(10.0))),),
     optics=SMALL,
     pixel_model=PixelModel(background_hz=50.0, hot_pixels=3),
 )

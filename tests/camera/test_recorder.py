@@ -12,7 +12,7 @@ from bicode_lab.camera import (
     Moving,
     Optics,
     PixelModel,
-    Placed,
+    PlacedMarker,
     Pose,
     Readout,
     Recorder,
@@ -45,7 +45,7 @@ def at(distance_m, x_px=0.0, y_px=0.0, *, path=None, **marker):
     """A marker whose middle is so many pixels right of and below the image's."""
     scale = distance_m / SMALL.focal_px
     pose = Pose.facing(distance_m, x_m=x_px * scale, y_m=y_px * scale)
-    return Placed(marker=Marker(**marker), path=path(pose) if path else Still(pose))
+    return PlacedMarker(marker=Marker(**marker), path=path(pose) if path else Still(pose))
 
 
 def as_set(events):
@@ -128,8 +128,8 @@ def test_a_dark_marker_makes_no_events():
     ids=["outside", "behind", "in the lens"],
 )
 def test_a_marker_out_of_sight_makes_no_events(pose):
-    assert record(scene(Placed(path=Still(pose))), 0.03, 0).size == 0
-    assert record(scene(Placed(path=Unmoving(pose))), 0.03, 0).size == 0
+    assert record(scene(PlacedMarker(path=Still(pose))), 0.03, 0).size == 0
+    assert record(scene(PlacedMarker(path=Unmoving(pose))), 0.03, 0).size == 0
 
 
 def test_a_marker_partly_outside_is_the_part_inside():
@@ -154,10 +154,10 @@ def moving_scene(model=EXACT):
 def test_an_unmoving_path_is_still():
     model = QUIET
     still = record(scene(at(2.5), pixel_model=model), 0.03, 4)
-    moving = record(scene(Placed(path=Unmoving(Pose.facing(2.5))), pixel_model=model), 0.03, 4)
+    moving = record(scene(PlacedMarker(path=Unmoving(Pose.facing(2.5))), pixel_model=model), 0.03, 4)
     slow = Moving(start=Pose.facing(2.5), velocity_m_per_s=(1e-12, 0.0, 0.0))
     assert not slow.is_still
-    crawling = record(scene(Placed(path=slow), pixel_model=model), 0.03, 4)
+    crawling = record(scene(PlacedMarker(path=slow), pixel_model=model), 0.03, 4)
     np.testing.assert_array_equal(moving, still)
     np.testing.assert_array_equal(crawling, still)
 
@@ -201,7 +201,7 @@ def test_pixels_go_dark_when_a_lit_marker_is_gone():
     # At 20 ms the LED (0xFF, a packet later) is on or was within 0.5 ms; nothing may stay lit.
     marker = Marker(payload=0xFF, phase_us=20_000 - 3750)
     assert marker.waveform.state(19_999) == marker.waveform.state(20_001) == 1
-    gone = record(scene(Placed(marker=marker, path=Vanishing())), 0.04, 0)
+    gone = record(scene(PlacedMarker(marker=marker, path=Vanishing())), 0.04, 0)
     after = gone[gone["t"] >= 20_030]  # those on their way are late by 20 us
     assert after.size > 100
     assert (after["p"] == 0).all()
@@ -218,7 +218,7 @@ def test_a_camera_that_moves_along_with_the_marker_sees_it_still():
     still = record(scene(at(2.5)), 0.03, 0)
     along = Moving(start=Pose(), velocity_m_per_s=(0.5, 0.2, 0.1))
     path = Moving(start=Pose.facing(2.5), velocity_m_per_s=(0.5, 0.2, 0.1))
-    moving = record(scene(Placed(path=path), camera=along), 0.03, 0)
+    moving = record(scene(PlacedMarker(path=path), camera=along), 0.03, 0)
     assert moving.size == pytest.approx(still.size, rel=1e-3)
 
 
@@ -341,7 +341,7 @@ def test_without_a_dead_time_events_add_up_to_the_light(thresholds):
 def test_a_spun_marker_after_half_a_turn_is_its_mirror_through_the_middle():
     # 64 rpm: half a turn takes 0.46875 s; the chips are the same a whole number of packets (14 ms) later.
     first = record(scene(at(2.0)), 0.014, 0)
-    turned = record(scene(Placed(path=Still(Pose.facing(2.0, roll_deg=180)))), 0.014, 0)
+    turned = record(scene(PlacedMarker(path=Still(Pose.facing(2.0, roll_deg=180)))), 0.014, 0)
     one, other = counts(first), counts(turned)
     assert np.abs(one[::-1, ::-1] - other).sum() <= 0.01 * first.size
     assert np.abs(one - other).sum() > 0.1 * first.size  # and not its own
@@ -391,7 +391,7 @@ def test_too_many_events_for_the_link_are_lost_and_counted():
 @pytest.mark.parametrize("speed", [0.02, 0.1, 0.5, 2.0])
 def test_a_step_is_a_quarter_pixel_of_way(speed):
     path = Moving(start=Pose.facing(2.5), velocity_m_per_s=(speed, 0.0, 0.0))
-    recorder = Recorder(scene(Placed(path=path)), 0.1, _rng(0))
+    recorder = Recorder(scene(PlacedMarker(path=path)), 0.1, _rng(0))
     for start in range(0, 100_000, 10_000):
         cuts = recorder._motion_steps(start, start + 10_000)
         way = speed * 0.01 / 2.5 * SMALL.focal_px

@@ -13,7 +13,7 @@ from bicode_lab.camera import (
     Moving,
     Optics,
     PixelModel,
-    Placed,
+    PlacedMarker,
     Pose,
     Scene,
     Still,
@@ -51,7 +51,7 @@ def projected(points_m, pose):
 @given(poses, st.sampled_from(["black", "white"]), st.floats(0.02, 0.12))
 def test_corners_and_box_are_opencvs_projection(pose, glow, size_m):
     board = Board(size_m=size_m, glow=glow)
-    truth = truth_at(Scene(markers=(Placed(marker=Marker(board=board), path=Still(pose)),)), 0)[0]
+    truth = truth_at(Scene(markers=(PlacedMarker(marker=Marker(board=board), path=Still(pose)),)), 0)[0]
     half = size_m / 2
     inner = half * (1 if glow == "black" else 6 / 8)
     pattern = np.array([[-inner, inner, 0], [inner, inner, 0], [inner, -inner, 0], [-inner, -inner, 0]])
@@ -66,7 +66,7 @@ def test_corners_and_box_are_opencvs_projection(pose, glow, size_m):
 
 def test_opencvs_pose_from_the_true_corners_is_the_true_pose():
     pose = Pose.facing(1.5, x_m=0.1, yaw_deg=30, roll_deg=20)
-    truth = truth_at(Scene(markers=(Placed(path=Still(pose)),)), 0)[0]
+    truth = truth_at(Scene(markers=(PlacedMarker(path=Still(pose)),)), 0)[0]
     _, rvec, tvec = cv2.solvePnP(
         Board().pattern_corners_m(), truth.corners_px, OPTICS.matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE
     )
@@ -77,7 +77,7 @@ def test_opencvs_pose_from_the_true_corners_is_the_true_pose():
 @pytest.mark.parametrize("distance_m", [1.0, 5.0])
 def test_events_lie_in_the_true_box_and_what_its_light_reaches(distance_m):
     model = PixelModel(background_hz=0.0, hot_pixels=0)
-    scene = Scene(markers=(Placed(path=Still(Pose.facing(distance_m, x_m=0.03, yaw_deg=20))),), pixel_model=model)
+    scene = Scene(markers=(PlacedMarker(path=Still(Pose.facing(distance_m, x_m=0.03, yaw_deg=20))),), pixel_model=model)
     x, y, w, h = truth_at(scene, 0)[0].box_px
     events = record(scene, 0.02, 0)
     reach = reach_px(OPTICS) + 1
@@ -90,11 +90,11 @@ def test_events_lie_in_the_true_box_and_what_its_light_reaches(distance_m):
 
 
 def test_the_truth_moves_with_marker_and_camera():
-    spun = Scene(markers=(Placed(path=spin(Pose.facing(2.0), 60)),))
+    spun = Scene(markers=(PlacedMarker(path=spin(Pose.facing(2.0), 60)),))
     # 60 rpm: a quarter turn in 0.25 s, counter-clockwise: the top left corner comes to the bottom left.
     start, quarter = truth_at(spun, 0)[0], truth_at(spun, 250_000)[0]
     np.testing.assert_allclose(quarter.corners_px[0], start.corners_px[3], atol=1e-6)
-    panned = Scene(markers=(Placed(),), camera=pan(0.25, 2.5))
+    panned = Scene(markers=(PlacedMarker(),), camera=pan(0.25, 2.5))
     later = truth_at(panned, 1_000_000)[0]
     # 0.1 rad: the middle of the face at f tan 0.1 to the left.
     assert later.corners_px.mean(0)[0] == pytest.approx(639.5 - OPTICS.focal_px * np.tan(0.1), abs=0.5)
@@ -103,7 +103,7 @@ def test_the_truth_moves_with_marker_and_camera():
 
 
 def test_behind_the_camera_there_is_no_box():
-    away = Scene(markers=(Placed(path=Still(Pose(Pose.facing(1).rotation, np.array([0, 0, -1.0])))),))
+    away = Scene(markers=(PlacedMarker(path=Still(Pose(Pose.facing(1).rotation, np.array([0, 0, -1.0])))),))
     truth = truth_at(away, 0)[0]
     assert np.isnan(truth.corners_px).all()
     assert np.isnan(truth.box_px).all()
@@ -113,7 +113,7 @@ def test_behind_the_camera_there_is_no_box():
 @given(st.floats(-1e5, 1e5), st.floats(-1000, 1000), st.integers(1, 200_000), st.integers(0, 10**9))
 def test_packets_begin_where_the_led_goes_quiet(phase_us, ppm, duration_us, clock_us):
     marker = Marker(payload=0xFF, phase_us=phase_us, clock_error_ppm=ppm)
-    scene = Scene(markers=(Placed(marker=marker),))
+    scene = Scene(markers=(PlacedMarker(marker=marker),))
     starts = packet_starts_us(scene, 0, duration_us, clock_us) - clock_us
     assert ((starts >= -1e-6) & (starts < duration_us + 1e-6)).all()
     assert abs(starts.size - duration_us / marker.waveform.packet_us) <= 1
@@ -125,8 +125,8 @@ def test_packets_begin_where_the_led_goes_quiet(phase_us, ppm, duration_us, cloc
 
 def test_the_table_is_plain_json_and_says_the_same():
     path = Moving(start=Pose.facing(2.0), velocity_m_per_s=(0.0, 0.0, 1.0))
-    gone = Placed(path=Still(Pose(Pose.facing(1).rotation, np.array([0, 0, -1.0]))))
-    moving = Scene(markers=(Placed(marker=Marker(payload=0xA5), path=path), gone))
+    gone = PlacedMarker(path=Still(Pose(Pose.facing(1).rotation, np.array([0, 0, -1.0]))))
+    moving = Scene(markers=(PlacedMarker(marker=Marker(payload=0xA5), path=path), gone))
     table = json.loads(json.dumps(truth_table(moving, 10_000, 500_000), allow_nan=False))
     assert (table["t0_us"], table["duration_us"], len(table["markers"])) == (500_000, 10_000, 2)
     first, second = table["markers"]
@@ -140,6 +140,6 @@ def test_the_table_is_plain_json_and_says_the_same():
         np.testing.assert_allclose(cv2.Rodrigues(np.array(sample["rvec"]))[0], truth.pose.rotation, atol=2e-6)
     assert second["samples"][0]["box_px"] == [None] * 4
     assert second["samples"][0]["in_view"] is False
-    still = replace(moving, markers=(Placed(),))
+    still = replace(moving, markers=(PlacedMarker(),))
     assert len(truth_table(still, 1_000_000)["markers"][0]["samples"]) == 1
     assert len(truth_table(still, 1_000_000)["markers"][0]["packet_starts_us"]) == 72  # 0, 14, .. 994 ms

@@ -11,7 +11,7 @@ from bicode_lab.camera import (
     Moving,
     Optics,
     PixelModel,
-    Placed,
+    PlacedMarker,
     Pose,
     Readout,
     Recorder,
@@ -226,7 +226,7 @@ def test_a_still_camera_sees_no_wall():
     assert record(before(wall, Still(), model=model), 0.03, 0).size == 0
     # Nor beside a marker that moves across it, where the marker's light does not reach.
     path = Moving(start=Pose.facing(5.0), velocity_m_per_s=(0.2, 0.0, 0.0))
-    events = record(before(wall, Still(), Placed(path=path), model=model), 0.03, 0)
+    events = record(before(wall, Still(), PlacedMarker(path=path), model=model), 0.03, 0)
     assert events.size > 1000
     assert np.abs(events["x"].astype(float) - 59.5).max() < 8.3 + 2 + 24
     assert np.abs(events["y"].astype(float) - 44.5).max() < 8.3 + 24
@@ -266,7 +266,7 @@ def test_a_plate_hides_the_wall():
     # Camera and marker move together before the wall; the LED is off.
     start = Pose.facing(1.0)
     velocity = (0.2, 0.0, 0.0)
-    dark = Placed(marker=Marker(current_ma=0.0), path=Moving(start=start, velocity_m_per_s=velocity))
+    dark = PlacedMarker(marker=Marker(current_ma=0.0), path=Moving(start=start, velocity_m_per_s=velocity))
     camera = Moving(velocity_m_per_s=velocity)
     events = record(before(noisy_wall(7), camera, dark), 0.3, 0)
     half = 0.025 * SMALL.focal_px / 1.0  # 41 px
@@ -277,7 +277,7 @@ def test_a_plate_hides_the_wall():
 
 
 def test_a_marker_before_a_moving_wall_still_blinks():
-    marker = Placed(path=Moving(start=Pose.facing(2.5), velocity_m_per_s=(0.2, 0.0, 0.0)))
+    marker = PlacedMarker(path=Moving(start=Pose.facing(2.5), velocity_m_per_s=(0.2, 0.0, 0.0)))
     camera = Moving(velocity_m_per_s=(0.2, 0.0, 0.0))
     light = Light(led_to_ambient=1.4)
     both = record(before(noisy_wall(), camera, marker, light=light), 0.03, 0)

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from bicode_lab.camera import Placed, Pose, Recorder, Scene, Still
+from bicode_lab.camera import PlacedMarker, Pose, Recorder, Scene, Still
 from bicode_lab.fabrication import transmitter_text
 from bicode_lab.marker import LedWaveform, Marker, PacketFormat
 from bicode_lab.recognition import ReceiverSettings, recognise
@@ -182,7 +182,7 @@ def test_the_receiver_reads_what_the_transmitter_blinks(payload: int, interprete
             return played
 
     marker = Built(payload=0)  # the scene does not know what is blinked
-    scene = Scene(markers=(Placed(marker=marker, path=Still(Pose.facing(1.0))),))
+    scene = Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(1.0))),))
     rng = np.random.default_rng(7)
     sightings = list(recognise(Recorder(scene, 5 * 0.033, rng), ReceiverSettings(), t0_us=0))
     assert [sighting.id for sighting in sightings] == [payload] * 5

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bicode_lab.camera import Placed, Pose, Scene, Still, pan, record, truth_at
+from bicode_lab.camera import PlacedMarker, Pose, Scene, Still, pan, record, truth_at
 from bicode_lab.events import Events, make_events, merge, no_events
 from bicode_lab.marker import Marker, PacketFormat
 from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
@@ -37,7 +37,7 @@ def seen(distance_m: float, seed: int, n_periods: int) -> tuple[Scene, Events]:
         clock_error_ppm=float(rng.uniform(-1000, 1000)),
     )
     x, y = rng.uniform(-0.5, 0.5, 2) * distance_m / 1646.09
-    scene = Scene(markers=(Placed(marker=marker, path=Still(Pose.facing(distance_m, x_m=x, y_m=y))),))
+    scene = Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(distance_m, x_m=x, y_m=y))),))
     return scene, record(scene, n_periods * PERIOD_US * 1e-6, rng)
 
 
@@ -108,7 +108,7 @@ def test_near_markers_are_read_as_well(distance_m: float, evidence_periods: int)
 
 
 def test_a_moving_marker_is_followed() -> None:
-    scene = Scene(markers=(Placed(path=Still(Pose.facing(5.0))),), camera=pan(0.3, 5.0))
+    scene = Scene(markers=(PlacedMarker(path=Still(Pose.facing(5.0))),), camera=pan(0.3, 5.0))
     events = record(scene, 10 * PERIOD_US * 1e-6, 0)
     assert id_right(recognise(events, SoftSettings(receiver=PAPER), t0_us=0), scene, 10).mean() >= 0.9
 

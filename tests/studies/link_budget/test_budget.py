@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_lab.camera import Optics, Placed, Pose, Scene, Still, record, truth_at
+from bicode_lab.camera import Optics, PlacedMarker, Pose, Scene, Still, record, truth_at
 from bicode_lab.marker import Marker, PacketFormat, encode_packet
 from bicode_lab.paper import RANGES
 from bicode_lab.recognition import ReceiverSettings, recognise
@@ -74,7 +74,7 @@ def test_red_behind_the_infrared_filter_and_no_current_give_nothing() -> None:
 
 def test_contrast_of_a_near_plate_is_led_over_ambient() -> None:
     scene = Scene()
-    near = budget_of(replace(scene, markers=(Placed(path=Still(Pose.facing(0.5))),)))
+    near = budget_of(replace(scene, markers=(PlacedMarker(path=Still(Pose.facing(0.5))),)))
     whole = np.log1p(scene.light.led_to_ambient / scene.light.plate_reflectance)
     assert 0.85 * whole < near.contrast <= whole + 1e-6  # the halo takes its share; images are of float32
 
@@ -124,7 +124,7 @@ def test_the_same_seed_gives_the_same_budget_and_another_one_nearly() -> None:
 
 def test_what_is_not_in_view_says_so() -> None:
     with pytest.raises(ValueError, match="not in view"):
-        budget_of(Scene(markers=(Placed(marker=Marker(), path=Still(Pose.facing(2.5, x_m=5.0))),)))
+        budget_of(Scene(markers=(PlacedMarker(marker=Marker(), path=Still(Pose.facing(2.5, x_m=5.0))),)))
 
 
 @given(st.lists(st.floats(0.0, 1.0), max_size=6), st.integers(0, 6))

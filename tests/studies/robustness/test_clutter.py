@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy.stats import poisson
 
-from bicode_lab.camera import Optics, Placed, Pose, Scene, Still, record
+from bicode_lab.camera import Optics, PlacedMarker, Pose, Scene, Still, record
 from bicode_lab.events import no_events
 from bicode_lab.marker import Marker, PacketFormat
 from bicode_studies.cli.main import main
@@ -39,7 +39,7 @@ def test_none_in_three_hours_is_less_than_one_an_hour() -> None:
 @pytest.mark.parametrize("sent", ["sum", "crc3"])
 def test_a_marker_is_counted_under_its_own_checksum_only(sent: str) -> None:
     marker = Marker(payload=0x25, packet_format=PacketFormat(checksum=sent))
-    scene = Scene(markers=(Placed(marker=marker, path=Still(Pose.facing(10.0))),), optics=SMALL)
+    scene = Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(10.0))),), optics=SMALL)
     counts = {(c.receiver, c.checksum): c for c in count_ids(record(scene, 0.5, 0), 0.5, SMALL.width, SMALL.height)}
     assert len(counts) == 4
     for (_, checksum), count in counts.items():
@@ -51,7 +51,7 @@ def test_a_marker_is_counted_under_its_own_checksum_only(sent: str) -> None:
 
 def test_an_even_dimmer_is_id_0_by_the_sum_and_nothing_by_the_crc() -> None:
     # Half a second of bits that are all 0, each behind the start: what a dimmer in a slow blink would send.
-    scene = Scene(markers=(Placed(marker=Marker(payload=0), path=Still(Pose.facing(10.0))),), optics=SMALL)
+    scene = Scene(markers=(PlacedMarker(marker=Marker(payload=0), path=Still(Pose.facing(10.0))),), optics=SMALL)
     counts = {(c.receiver, c.checksum): c for c in count_ids(record(scene, 0.5, 0), 0.5, SMALL.width, SMALL.height)}
     assert counts["paper", "sum"].zeros == counts["paper", "sum"].ids > 0
     assert counts["paper", "crc3"].ids == 0 < counts["paper", "crc3"].structures
