@@ -1,7 +1,1 @@
-"""What notebooks and the command line share; nothing else in the package depends on it.
-
-notebook     the drawing style, saved figures, answers checked
-parameters   the parameters of a notebook, read and checked
-runner       notebooks run headless, one or all
-cli          the command line, one file per command: command_run, command_doctor, ...
-"""
+"""The command line: one file for each command; ``main`` lists them and turns errors into exit codes."""

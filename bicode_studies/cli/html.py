@@ -1,4 +1,4 @@
-"""``bicode html``: every executed notebook as a page, with an index."""
+"""``bicode html``: write every executed notebook as a page, and an index."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from bicode_studies.cli.run import quick_or_full
 
 @click.command()
 @quick_or_full
-@click.option("--jobs", type=click.IntRange(min=1), help="Notebooks at a time  [default: the number of cores]")
-@click.option("--only", default="", metavar="START", help="Only notebooks whose name starts so (02).")
+@click.option(
+    "--jobs", type=click.IntRange(min=1), help="How many notebooks run at a time.  [default: the number of cores]"
+)
+@click.option("--only", default="", metavar="START", help="Run only notebooks whose name starts so, such as 02.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for the pages  [default: build/html/]",
+    help="Folder for the pages.  [default: build/html/]",
 )
 def html(quick: bool, jobs: int | None, only: str, out: Path | None) -> int:
-    """Run every notebook and write it as a page that needs no notebook and no network to be read.
+    """Run all notebooks and write them as HTML pages.
 
-    Worked answers become pages, too. OUT/index.html is where to begin.
+    The pages need neither Jupyter nor a network. The worked answers become pages, too. Begin with OUT/index.html.
     """
     from bicode_studies.notebook.pages import Entry, write_index, write_page
     from bicode_studies.notebook.runner import find_notebooks, run_paths

@@ -1,7 +1,7 @@
-"""The command line: ``bicode COMMAND``. Each command is a file ``cli/`` beside this one.
+"""The command line ``bicode COMMAND``. Each command is a file of this folder.
 
-A command is imported when it is asked for, so that ``bicode --help`` answers at once.
-Misuse ends with one line on stderr and exit code 2; ``--debug`` shows where it came from.
+A command is imported only when it is called, so that ``bicode --help`` answers at once.
+Misuse ends with one line on stderr and exit code 2; ``--debug`` shows the traceback.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ import click
 
 COMMANDS = {
     # name: (module of bicode_studies.cli, function in it, what it does)
-    "simulate": ("simulate", "simulate", "Make the events of a blinking marker, and the truth beside them."),
-    "decode": ("decode", "decode", "Read IDs and poses from a recording."),
-    "marker": ("marker", "marker", "Build a marker: sheets to cut, list of parts, transmitter."),
-    "false-ids": ("false_ids", "false_ids", "Count the IDs that are read where no marker is."),
-    "stress": ("stress", "stress", "Accuracy of both receivers as recordings get worse."),
-    "calibrate": ("calibrate", "calibrate_command", "Fit the free constants to Fig. 8."),
-    "sweep": ("sweep", "sweep_command", "Run the trials of a figure and print their accuracies."),
-    "claims": ("claims", "claims", "Compare every claim of the paper with the figures' trials."),
-    "what-if": ("what_if", "what_if", "Ask what if with sliders, on a page in the browser."),
+    "simulate": ("simulate", "simulate", "Simulate a blinking marker: write its events and the ground truth."),
+    "decode": ("decode", "decode", "Read IDs and poses from a recording of an event camera."),
+    "marker": ("marker", "marker", "Write what it takes to build a marker: sheets, parts, transmitter."),
+    "false-ids": ("false_ids", "false_ids", "Count the IDs that are read although no marker is in view."),
+    "stress": ("stress", "stress", "Measure the accuracy of all receivers on degraded recordings."),
+    "calibrate": ("calibrate", "calibrate_command", "Fit the free constants of the simulation to Fig. 8."),
+    "sweep": ("sweep", "sweep_command", "Run the trials of a figure and write their accuracies."),
+    "claims": ("claims", "claims", "Compare every claim of the paper with our trials."),
+    "what-if": ("what_if", "what_if", "Open a page with sliders for rates, distances and times."),
     "run": ("run", "run", "Run one notebook with other parameters."),
-    "figures": ("run", "figures", "Run every notebook and write every figure."),
-    "bench": ("bench", "bench", "Measure how fast this is on this machine."),
-    "mystery": ("mystery", "mystery", "Make a recording whose IDs are to be found."),
-    "html": ("html", "html", "Run every notebook and write it as pages that need no notebook to be read."),
-    "doctor": ("doctor", "doctor", "Check that everything needed is here and works."),
+    "figures": ("run", "figures", "Run all notebooks and write all figures."),
+    "bench": ("bench", "bench", "Measure the speed of simulation and receivers on this machine."),
+    "mystery": ("mystery", "mystery", "Make an exercise: a recording with hidden IDs."),
+    "html": ("html", "html", "Run all notebooks and write them as HTML pages."),
+    "doctor": ("doctor", "doctor", "Check that all that is needed is installed and works."),
 }
 
 
 class LazyGroup(click.Group):
-    """A group of commands that are imported when they are called."""
+    """A group of commands that are imported only when they are called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The names of the commands whose file is there."""
+        """Return the names of all commands."""
         return [name for name, (module, _, _) in COMMANDS.items() if importlib.util.find_spec(_full(module))]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """A name in, its command out (imported now), or None."""
+        """Import a command and return it; None if there is no command of that name."""
         if cmd_name not in self.list_commands(ctx):
             return None
         module, function, _ = COMMANDS[cmd_name]
@@ -55,7 +55,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that was typed; a misspelt one is an error that names the nearest."""
+        """Return the command that was typed; for an unknown one, fail and suggest the nearest name."""
         names = self.list_commands(ctx)
         if args and not args[0].startswith("-") and args[0] not in names:
             near = difflib.get_close_matches(args[0], names, n=1)
@@ -64,35 +64,41 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The list of commands in the help, written without importing them."""
+        """Write the list of commands without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, COMMANDS[name][2]) for name in self.list_commands(ctx)])
 
 
 def _full(module: str) -> str:
+    """Return the full name of a command's module."""
     return f"bicode_studies.cli.{module}"
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--debug", is_flag=True, help="Show the traceback of an error (as does BICODE_DEBUG=1).")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error, as BICODE_DEBUG=1 does.")
 @click.version_option(package_name="bicode-lab", message="bicode_lab %(version)s")
 def cli(debug: bool) -> None:
-    """Simulate, read and study Bicode markers seen by an event camera."""
+    """Simulate, read and study Bicode markers that an event camera sees."""
     if debug:
         os.environ["BICODE_DEBUG"] = "1"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Command line arguments in; the process ends with the exit code.
+    """Run a command and end the process with its exit code.
 
-    0: done. 1: something that ran failed (a notebook, a check). 2: misuse or a bad file,
-    in one line. 130: stopped from the keyboard.
+    The code is 0 on success, 1 if something that ran failed (a notebook, a check), 2 for misuse or a bad file (with
+    one line on stderr) and 130 if the command was stopped from the keyboard.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after ``bicode``; by default those of the process.
     """
     sys.exit(_run(arguments))
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    """Run the command; errors become one line and the exit code."""
+    """Run the command and return its exit code; an error becomes one line on stderr."""
     try:
         typed = list(sys.argv[1:] if arguments is None else arguments)
         result = cli.main(args=typed, prog_name="bicode", standalone_mode=False)
@@ -106,25 +112,25 @@ def _run(arguments: Sequence[str] | None) -> int:
         error.show()
         return error.exit_code
     except click.ClickException as error:
-        return _say(error.format_message() + _where_to_read(error), error.exit_code)
-    except BrokenPipeError:  # the reader of a pipe (head, less) has seen enough
+        return _report(error.format_message() + _where_to_read(error), error.exit_code)
+    except BrokenPipeError:  # the program that reads our output (head, less) has ended
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
         named = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
-        return _say(named, 2)
+        return _report(named, 2)
     except (ValueError, metadata.PackageNotFoundError) as error:
-        return _say(str(error), 2)
+        return _report(str(error), 2)
 
 
 def _where_to_read(error: click.ClickException) -> str:
-    """Where misuse of one command (not of bicode itself) is explained."""
+    """Say which help explains the command that was misused; nothing if it was ``bicode`` itself."""
     ctx = getattr(error, "ctx", None)
     return f" (see: bicode {ctx.info_name} --help)" if ctx is not None and ctx.parent is not None else ""
 
 
-def _say(message: str, code: int) -> int:
-    """One line on stderr, below the traceback where that was asked for."""
+def _report(message: str, code: int) -> int:
+    """Write one line to stderr, below the traceback if that was asked for, and return the exit code."""
     if os.environ.get("BICODE_DEBUG", "0") not in ("", "0"):
         traceback.print_exc()
     click.echo(f"bicode: {' '.join(message.split())}", err=True)

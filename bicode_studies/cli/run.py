@@ -1,32 +1,51 @@
-"""``bicode run`` and ``bicode figures``: notebooks, headless."""
+"""``bicode run`` and ``bicode figures``: run notebooks without a browser."""
 
 from __future__ import annotations
 
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+if TYPE_CHECKING:
+    from bicode_studies.notebook.runner import NotebookRun
+
 quick_or_full = click.option(
-    "--quick/--full", default=True, show_default=True, help="Short settings (seconds), or those of the paper (minutes)."
+    "--quick/--full",
+    default=True,
+    show_default=True,
+    help="Use short settings (seconds) or those of the paper (minutes).",
 )
 
 
 @click.command()
 @click.argument("notebook")
-@click.option("-p", "parameters", nargs=2, multiple=True, metavar="NAME VALUE", help="Change a parameter (repeatable).")
+@click.option(
+    "-p",
+    "parameters",
+    nargs=2,
+    multiple=True,
+    metavar="NAME VALUE",
+    help="Change a parameter. May be given several times.",
+)
 @quick_or_full
-@click.option("--output", type=click.Path(path_type=Path), help="The executed copy  [default: build/notebooks/]")
+@click.option(
+    "--output", type=click.Path(path_type=Path), help="Path of the executed copy.  [default: in build/notebooks/]"
+)
 @click.option(
     "--figures",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for the figures  [default: figures/quick/; figures/ for --full without -p]",
+    help="Folder for the figures.  [default: figures/quick/; figures/ with --full and without -p]",
 )
 def run(
     notebook: str, parameters: tuple[tuple[str, str], ...], quick: bool, output: Path | None, figures: Path | None
 ) -> int:
-    """Run one NOTEBOOK (a path, or the start of a name: 02) with other parameters."""
+    """Run one NOTEBOOK with other parameters.
+
+    NOTEBOOK is a path or the start of a name, such as 02.
+    """
     from bicode_studies.notebook.runner import NotebookError, find_notebooks, run_notebook
 
     path = Path(notebook)
@@ -46,10 +65,16 @@ def run(
 
 @click.command()
 @quick_or_full
-@click.option("--jobs", type=click.IntRange(min=1), help="Notebooks at a time  [default: the number of cores]")
-@click.option("--only", default="", metavar="START", help="Only notebooks whose name starts so (02).")
-def figures(quick: bool, jobs: int | None, only: str) -> int:
-    """Run every notebook and write every figure: to figures/quick/, or with --full to figures/."""
+@click.option(
+    "--jobs", type=click.IntRange(min=1), help="How many notebooks run at a time.  [default: the number of cores]"
+)
+@click.option("--only", default="", metavar="START", help="Run only notebooks whose name starts so, such as 02.")
+@click.option("--times", is_flag=True, help="Write run times to results/run_times.csv and into README.md.")
+def figures(quick: bool, jobs: int | None, only: str, times: bool) -> int:
+    """Run all notebooks and write all figures.
+
+    Figures go to figures/quick/, or with --full to figures/.
+    """
     from bicode_studies.notebook.runner import default_figures, run_all
 
     folder = default_figures(quick)
@@ -60,6 +85,8 @@ def figures(quick: bool, jobs: int | None, only: str) -> int:
             click.echo(f"ok    {done.notebook.name}  {done.seconds:.1f} s")
         else:
             click.echo(f"FAIL  {done.error}", err=True)
+    if times:
+        _keep_times(runs, quick)
     failed = sum(not done.succeeded for done in runs)
     written = sum(kept.get(name) != time for name, time in _pictures(folder).items())
     click.echo(f"{len(runs) - failed} of {len(runs)} notebooks ran; {written} figures written to {_short(folder)}")
@@ -67,11 +94,23 @@ def figures(quick: bool, jobs: int | None, only: str) -> int:
     return 1 if failed else 0
 
 
+def _keep_times(runs: list[NotebookRun], quick: bool) -> None:
+    """Enter the run times into their table and into the README."""
+    from bicode_studies.notebook.run_times import read_run_times, with_minutes, write_run_times
+    from bicode_studies.repository import repository_root, results_folder
+
+    table = results_folder() / "run_times.csv"
+    write_run_times(table, runs, quick)
+    readme = repository_root() / "README.md"
+    if readme.is_file():
+        readme.write_text(with_minutes(readme.read_text(encoding="utf-8"), read_run_times(table)), encoding="utf-8")
+
+
 def _pictures(folder: Path) -> dict[str, int]:
-    """The figures in a folder, and when each was written."""
+    """Return the figures in a folder, and when each was written."""
     return {path.name: path.stat().st_mtime_ns for path in folder.glob("fig_*.png")}
 
 
 def _short(path: Path) -> Path:
-    """A path as seen from here, where that is shorter."""
+    """Return a path relative to the working directory if it lies below it."""
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path

@@ -140,7 +140,9 @@ def _as_series(value: Any) -> pd.DataFrame:
         y, x = np.nonzero(value)
         return pd.DataFrame({"y": y, "x": x, "value": value[y, x]})
     if value.ndim > 2:
-        raise ValueError(f"data of {value.ndim} dimensions cannot be written as a table; give a table, series or frames (2-D)")
+        raise ValueError(
+            f"data of {value.ndim} dimensions cannot be written as a table; give a table, series or frames (2-D)"
+        )
     return pd.DataFrame({"index": np.arange(value.size), "value": np.atleast_1d(value)})
 
 

@@ -1,8 +1,8 @@
-"""Executed notebooks -> pages that are read in any browser, without a network and without running anything.
+"""Write executed notebooks as HTML pages that any browser shows, without a network and without running anything.
 
-nbconvert's own page loads four scripts from elsewhere: one that types formulas, one for
-diagrams, one for widgets and a loader for them. Here formulas are drawn by matplotlib and
-put into the page, there are no diagrams, and where a widget was stands a sentence.
+A page made by nbconvert alone loads four scripts from the network: one that typesets formulas, one for
+diagrams, one for widgets and a loader for them. Here matplotlib draws the formulas into the page, there are
+no diagrams, and a sentence replaces each widget.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TEMPLATE = """{%- extends 'lab/index.html.j2' -%}
 {%- block html_head_css -%}<style>.jp-InputArea-editor .highlight pre { white-space: pre-wrap }</style>{%- endblock -%}
 """
 WIDGET = "application/vnd.jupyter.widget-view+json"
-NO_WIDGET = "(Here is a slider. It moves in a running notebook: make lab)"
+NO_WIDGET = "(There is a slider here when the notebook is open in JupyterLab: make lab)"
 CODE_OR_FORMULA = re.compile(r"(?s)(```.*?```|`[^`\n]*`)|\$\$(.+?)\$\$|\$([^$\n]+?)\$")
 LOCAL_NOTEBOOK = re.compile(r'href="((?![a-z]+:)[^"#]+)\.ipynb(#[^"]*)?"')
 FORMULA_PT = 11.5
@@ -44,15 +44,16 @@ a { color: #0060a0 }
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One line of the index.
+    """One line of the index page.
 
     Parameters
     ----------
     notebook : Path
+        The notebook.
     page : Path or None
-        None where the notebook did not run.
+        Its page; None if the notebook failed.
     solution : Path or None
-        The page of its worked answers.
+        The page of its worked answers, if there is one.
     """
 
     notebook: Path
@@ -61,22 +62,43 @@ class Entry:
 
 
 def write_page(executed: Path, page: Path) -> None:
-    """An executed notebook in, its page out; links to other notebooks become links to their pages."""
+    """Write an executed notebook as a page; links to other notebooks become links to their pages.
+
+    Parameters
+    ----------
+    executed : Path
+        The notebook with its outputs.
+    page : Path
+        The HTML file to write.
+    """
     import nbformat
     from jinja2 import DictLoader
     from nbconvert import HTMLExporter
 
     notebook = nbformat.read(executed, as_version=4)
-    _settle(notebook)
-    logging.getLogger("traitlets").setLevel(logging.ERROR)  # it asks for a description of every picture
-    exporter = HTMLExporter(extra_loaders=[DictLoader({"still.html.j2": TEMPLATE})], template_file="still.html.j2")
+    _replace_formulas_and_widgets(notebook)
+    logging.getLogger("traitlets").setLevel(logging.ERROR)  # it warns of every picture without a description
+    exporter = HTMLExporter(extra_loaders=[DictLoader({"page.html.j2": TEMPLATE})], template_file="page.html.j2")
     body, _ = exporter.from_notebook_node(notebook, {"metadata": {"name": title_and_promise(executed)[0]}})
     page.parent.mkdir(parents=True, exist_ok=True)
     page.write_text(LOCAL_NOTEBOOK.sub(r'href="\1.html\2"', body), encoding="utf-8")
 
 
 def write_index(entries: Sequence[Entry], folder: Path) -> Path:
-    """What there is in, `folder`/index.html out: a line with title and promise for every notebook."""
+    """Write ``index.html``: one line with title and promise for every notebook.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        The lines, in their order.
+    folder : Path
+        The folder of the pages.
+
+    Returns
+    -------
+    Path
+        The index page.
+    """
     rows = []
     for entry in entries:
         title, promise = title_and_promise(entry.notebook)
@@ -97,7 +119,7 @@ def write_index(entries: Sequence[Entry], folder: Path) -> Path:
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>bicode_lab</title><style>{INDEX_STYLE}</style></head><body>\n<h1>bicode_lab</h1>\n"
-        "<p>Every notebook as it came out of a run, to be read from top to bottom. To change something in them, "
+        "<p>These pages show every notebook after a run. To change and run them yourself, "
         "clone the repository and type <code>make lab</code>.</p>\n<table>\n"
         + "\n".join(rows)
         + "\n</table></body></html>\n",
@@ -107,7 +129,18 @@ def write_index(entries: Sequence[Entry], folder: Path) -> Path:
 
 
 def title_and_promise(notebook: Path) -> tuple[str, str]:
-    """A notebook in; its title, and the first paragraph below it as plain text, out."""
+    """Return the title of a notebook, and the first paragraph below it as plain text.
+
+    Parameters
+    ----------
+    notebook : Path
+        The notebook.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Title and promise. Formulas stay in TeX.
+    """
     import nbformat
 
     first = nbformat.read(notebook, as_version=4).cells[0].source
@@ -118,7 +151,19 @@ def title_and_promise(notebook: Path) -> tuple[str, str]:
 
 
 def formula_picture(formula: str) -> str:
-    """A formula in TeX in, an image of it for HTML, described by the TeX, out; the TeX itself where it is too much."""
+    """Draw a formula as an image for HTML.
+
+    Parameters
+    ----------
+    formula : str
+        TeX, without the dollar signs.
+
+    Returns
+    -------
+    str
+        An ``<img>`` element that holds the picture and has the TeX as its description; if matplotlib cannot draw the
+        formula, the TeX itself as ``<code>``.
+    """
     from matplotlib.font_manager import FontProperties
     from matplotlib.mathtext import math_to_image
 
@@ -132,8 +177,8 @@ def formula_picture(formula: str) -> str:
     return f'<img alt="{html.escape(formula)}" style="{style}" src="data:image/svg+xml;base64,{source}">'
 
 
-def _settle(notebook: NotebookNode) -> None:
-    """Draw the formulas of a notebook and take the widgets out, in place."""
+def _replace_formulas_and_widgets(notebook: NotebookNode) -> None:
+    """Replace the formulas of a notebook by pictures and its widgets by a sentence, in place."""
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
             cell.source = CODE_OR_FORMULA.sub(_draw, cell.source)
@@ -147,7 +192,7 @@ def _settle(notebook: NotebookNode) -> None:
 
 
 def _draw(found: re.Match[str]) -> str:
-    """Code as it is, a formula as a picture."""
+    """Return code unchanged and a formula as a picture."""
     code, displayed, inline = found.groups()
     if code is not None:
         return str(code)

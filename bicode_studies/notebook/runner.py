@@ -1,6 +1,6 @@
-"""Notebooks in, executed copies and figures out: headless, through papermill, one process each.
+"""Run notebooks without a browser, through papermill: one or all, each in a process of its own.
 
-The kernel is always the interpreter that runs this file, with this copy of the package,
+The kernel is always the interpreter that runs this file, with this copy of the packages,
 whatever kernels are registered on the machine.
 """
 
@@ -29,12 +29,22 @@ TIMEOUT_S = 1800
 
 
 class NotebookError(RuntimeError):
-    """A notebook stopped: one line with its name, the cell and the reason; the log holds the rest."""
+    """A notebook failed: one line with its name, the cell and the reason. The log holds the rest."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NotebookRun:
-    """What became of one notebook: where its executed copy is, how long it took, why it failed."""
+    """The outcome of one notebook's run.
+
+    Parameters
+    ----------
+    notebook, output : Path
+        The notebook and its executed copy.
+    seconds : float
+        Duration of the run [s].
+    error : str, optional
+        Why it failed, in one line; None if every cell ran.
+    """
 
     notebook: Path
     output: Path
@@ -48,12 +58,22 @@ class NotebookRun:
 
 
 def find_notebooks(only: str = "") -> list[Path]:
-    """The start of a name (``"02"``) in, the numbered notebooks it names out, in order.
+    """Return the numbered notebooks of the repository, in order.
+
+    Parameters
+    ----------
+    only : str
+        The start of a name, such as ``"02"``; the empty text selects all notebooks.
+
+    Returns
+    -------
+    list of Path
+        The notebooks whose names start so.
 
     Raises
     ------
     ValueError
-        Where nothing starts so; what there is is listed.
+        If no name starts so. The message lists the names there are.
     """
     every = sorted((repository_root() / "notebooks").glob("[0-9][0-9]_*.ipynb"))
     chosen = [path for path in every if path.name.startswith(only)]
@@ -64,7 +84,7 @@ def find_notebooks(only: str = "") -> list[Path]:
 
 
 def default_figures(quick: bool) -> Path:
-    """Where figures go: ``figures/`` at the full settings, ``figures/quick/`` (not committed) else."""
+    """Return the folder for figures: ``figures/`` for full settings, else ``figures/quick/``, which git ignores."""
     folder = repository_root() / "figures"
     return folder / "quick" if quick else folder
 
@@ -76,29 +96,34 @@ def run_notebook(
     quick: bool = True,
     figures: str | Path | None = None,
 ) -> NotebookRun:
-    """One notebook and values for its parameters in, its executed copy out.
+    """Run one notebook.
 
     Parameters
     ----------
     path : path
-        The notebook; it runs in its own folder.
+        The notebook. It runs in its own folder.
     parameters : mapping, optional
-        Values for names in its parameters cell; text is read as the type of the default.
+        Values for names in its parameters cell. Text is read as a value of the default's type.
     output : path, optional
-        The executed copy; by default ``build/notebooks/`` of the repository. The log of a
+        The executed copy; by default it goes to ``build/notebooks/`` of the repository. The log of a
         failure is written beside it, with the ending ``.log``.
     quick : bool
-        Given to the notebook where it has a parameter ``quick``.
+        Passed on if the notebook has a parameter ``quick``.
     figures : path, optional
-        The folder `save_figure` writes to; by default that of `default_figures`, and never the
-        committed one when ``parameters`` are given.
+        The folder that `save_figure` writes to; by default that of `default_figures`, but never the
+        committed one if `parameters` are given.
+
+    Returns
+    -------
+    NotebookRun
+        Its ``error`` is None.
 
     Raises
     ------
     ValueError
-        An unknown parameter, a value of the wrong type, no such notebook.
+        If there is no such notebook, a parameter is unknown or a value has the wrong type.
     NotebookError
-        A cell failed.
+        If a cell fails.
     """
     values = check_parameters(path, parameters or {})
     path = Path(path).resolve()
@@ -114,30 +139,48 @@ def run_notebook(
     return NotebookRun(notebook=path, output=output, seconds=time.perf_counter() - start_s)
 
 
-def run_all(
-    quick: bool = True,
-    jobs: int = 2,
-    only: str = "",
-    output: str | Path | None = None,
-    figures: str | Path | None = None,
-) -> list[NotebookRun]:
-    """Every numbered notebook, ``jobs`` at a time; what became of each out, in their order.
+def run_all(quick: bool = True, jobs: int = 2, only: str = "") -> list[NotebookRun]:
+    """Run every numbered notebook of the repository.
 
-    A notebook that fails does not stop the others; its `NotebookRun` has an ``error``.
+    A notebook that fails does not stop the others: its `NotebookRun` has an ``error``.
+
+    Parameters
+    ----------
+    quick : bool
+        Short settings or the paper's.
+    jobs : int
+        How many notebooks run at a time.
+    only : str
+        The start of the names to run, see `find_notebooks`.
+
+    Returns
+    -------
+    list of NotebookRun
+        One for each notebook, in their order.
     """
-    paths = find_notebooks(only)
-    folder = Path(output) if output else repository_root() / "build" / "notebooks"
-    return run_paths({path: folder / path.name for path in paths}, quick=quick, jobs=jobs, figures=figures)
+    folder = repository_root() / "build" / "notebooks"
+    return run_paths({path: folder / path.name for path in find_notebooks(only)}, quick=quick, jobs=jobs)
 
 
-def run_paths(
-    outputs: Mapping[Path, Path], *, quick: bool = True, jobs: int = 2, figures: str | Path | None = None
-) -> list[NotebookRun]:
-    """Notebooks and where their executed copies go in; as `run_all`."""
+def run_paths(outputs: Mapping[Path, Path], *, quick: bool = True, jobs: int = 2) -> list[NotebookRun]:
+    """Run some notebooks, as `run_all` does.
+
+    Parameters
+    ----------
+    outputs : mapping
+        The path of each notebook, and that of its executed copy.
+    quick, jobs
+        As in `run_all`.
+
+    Returns
+    -------
+    list of NotebookRun
+        One for each notebook, ordered by name.
+    """
     from joblib import Parallel, delayed
     from tqdm import tqdm
 
-    figures = Path(figures) if figures else default_figures(quick)
+    figures = default_figures(quick)
     tasks = (delayed(_run_one)(path, output, quick, figures) for path, output in outputs.items())
     finished = Parallel(n_jobs=max(1, min(jobs, len(outputs))), return_as="generator_unordered")(tasks)
     bar = tqdm(finished, total=len(outputs), unit="notebook", disable=not sys.stderr.isatty(), leave=False)
@@ -145,7 +188,7 @@ def run_paths(
 
 
 def _run_one(path: Path, output: Path, quick: bool, figures: Path) -> NotebookRun:
-    """As `run_notebook`, with a failure as a result instead of an exception."""
+    """Run one notebook; a failure becomes a result instead of an exception."""
     try:
         return run_notebook(path, output=output, quick=quick, figures=figures)
     except (NotebookError, ValueError, OSError) as error:
@@ -154,12 +197,19 @@ def _run_one(path: Path, output: Path, quick: bool, figures: Path) -> NotebookRu
 
 @contextlib.contextmanager
 def kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
-    """Within: a kernel named `KERNEL_NAME` exists, and notebooks write figures to the folder."""
+    """Provide a kernel named `KERNEL_NAME` that runs this interpreter, until the ``with`` block ends.
+
+    Parameters
+    ----------
+    figures : Path
+        The folder that notebooks of this kernel write their figures to.
+    """
     package_parent = str(Path(__file__).resolve().parents[2])
     with tempfile.TemporaryDirectory(prefix="bicode-kernel-") as folder:
         spec = Path(folder) / "kernels" / KERNEL_NAME
         spec.mkdir(parents=True)
-        # A kernel is interrupted before it is shut down, and a late one calls that an error. Cells fail by other ways.
+        # A kernel is interrupted before it is shut down, and a slow one reports that as an error. Failing cells are
+        # reported in another way, so the kernel's own log may be silent.
         argv = [sys.executable, "-m", "ipykernel_launcher", "--log-level=CRITICAL", "-f", "{connection_file}"]
         about = {"display_name": "bicode_lab", "language": "python"}
         (spec / "kernel.json").write_text(json.dumps({"argv": argv, **about}), encoding="utf-8")
@@ -183,16 +233,16 @@ def kernel_of_this_interpreter(figures: Path) -> Iterator[None]:
 
 
 def _execute(path: Path, output: Path, values: dict[str, Any]) -> None:
-    """Run the cells; on failure write the log and raise `NotebookError`."""
+    """Run the cells; if one fails, write the log and raise `NotebookError`."""
     import papermill
     from nbclient.exceptions import CellTimeoutError, DeadKernelError
     from nbclient.output_widget import OutputWidget
     from papermill.exceptions import PapermillExecutionError
 
     logging.getLogger("papermill").setLevel(logging.ERROR)  # unknown parameters are errors already
-    # An output widget answers on the socket that its cell's reply comes by; now and then nbclient then misses the
-    # reply and waits for it until the time is up. Nobody moves a slider here, so it need not answer.
-    OutputWidget.sync_state = _say_nothing  # type: ignore[method-assign, assignment]
+    # An output widget answers on the socket on which the reply of its cell arrives. Now and then nbclient then misses
+    # that reply and waits until the time is up. Nobody moves a slider here, so the widget need not answer.
+    OutputWidget.sync_state = _send_nothing  # type: ignore[method-assign, assignment]
     log = output.with_suffix(".log")
     log.unlink(missing_ok=True)
     try:
@@ -217,18 +267,18 @@ def _execute(path: Path, output: Path, values: dict[str, Any]) -> None:
         raise _failure(path, "a cell", "the kernel died (out of memory?)", log, str(error)) from None
 
 
-def _say_nothing(widget: OutputWidget) -> None:
-    """In place of an output widget's answer to the kernel."""
+def _send_nothing(widget: OutputWidget) -> None:
+    """Replace an output widget's answer to the kernel."""
 
 
 def _failure(path: Path, where: str, reason: str, log: Path, text: str) -> NotebookError:
-    """The one line about a failed notebook; the whole text goes to the log."""
+    """Return the error that describes a failed notebook in one line, and write the whole text to the log."""
     log.write_text(f"{path.name}, {where}: {reason}\n{text}\n", encoding="utf-8")
     return NotebookError(f"{path.name}, {where}: {reason} (log: {log})")
 
 
 def _cell_number(path: Path, index: int, injected: bool) -> int:
-    """The number of a cell as a reader counts them, from 1, without the one papermill puts in."""
+    """Return the number of a cell as a reader counts them: from 1, without the cell that papermill injects."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     tagged = [i for i, cell in enumerate(cells) if "parameters" in cell.get("metadata", {}).get("tags", [])]
     return index + 1 - int(injected and bool(tagged) and index > tagged[0])
