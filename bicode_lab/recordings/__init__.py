@@ -1,4 +1,9 @@
-"""Read and write event files."""
+"""Read and write event files.
+
+`open_recording` opens a file of any known format as a `Recording`, which yields chunks of events. `write_recording`
+writes events in the format that the ending of the file's name tells; `WRITABLE` lists the endings. `write_npz` writes
+this project's own format. A file that cannot be read or written raises `RecordingError`.
+"""
 
 from bicode_lab.recordings.formats import RecordingError
 from bicode_lab.recordings.npz import write_npz

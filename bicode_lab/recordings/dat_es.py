@@ -1,9 +1,9 @@
-"""DAT and Event Stream, judged and decoded   their words -> events
+"""Decode and validate the events of DAT and Event Stream (ES) files.
 
-faery reads these formats and says little of what is wrong with a file: a time running
-backwards is held at its last value, the end of a cut event is dropped, and at a bad
-coordinate it gives up without a place. So their bytes are read here as well: reading
-strictly only to judge them, in step with faery; reading leniently for the events.
+faery reads these formats, too, but reports little of what is wrong with a file: it holds a backward time at the
+previous value, drops the end of a cut event, and stops at a bad coordinate without saying where. So the bytes are
+decoded here as well. In strict reading this only validates them, in step with faery. In lenient reading the events
+come from here.
 """
 
 from __future__ import annotations
@@ -11,39 +11,71 @@ from __future__ import annotations
 from numba import njit
 
 from bicode_lab.events import Events
-from bicode_lab.recordings.validate import BLANK, EVENTS, HEIGHT, HIGH, LOW, ZEROS, Ints, judge, note
+from bicode_lab.recordings.validate import (
+    BLANK,
+    EVENTS,
+    HEIGHT,
+    HIGH,
+    LOW,
+    ZEROS,
+    Ints,
+    count_offence,
+    validate_event,
+)
 
 
 @njit(cache=True)
 def decode_dat(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
-    """DAT: 64-bit words of 32 bits of time, 14 of x, 14 of y and 4 of polarity; the time wraps at 32 bits."""
+    """Decode the 64-bit words of a DAT file.
+
+    A word holds 32 bits of time, 14 of x, 14 of y and 4 of polarity, from the lowest bit up. The time wraps after
+    2^32 us (71.6 min).
+
+    Parameters
+    ----------
+    words : ndarray of int64, shape (n,)
+        Words of the file.
+    place : int
+        Byte at which the first word begins.
+    final : bool
+        True where the file ends after these words.
+    state, tally : ndarray of int64
+        See `validate.validate_event`; changed in place.
+    out : ndarray of EVENT_DTYPE, shape (m,)
+        Buffer for the good events; it must hold one event for each word.
+
+    Returns
+    -------
+    int
+        How many words were used, 0 .. n. The others are to be given again in front of those that follow.
+    """
     for i in range(words.size):
         word = words[i]
         if word == 0 and i + 1 == words.size and not final:
             return i
         low = word & 0xFFFFFFFF
         if word == 0 and (state[ZEROS] or (i + 1 < words.size and words[i + 1] == 0)):
-            note(tally, BLANK, state[EVENTS], place + 8 * i, 0)
+            count_offence(tally, BLANK, state[EVENTS], place + 8 * i, 0)
             state[EVENTS] += 1
         else:
             if state[LOW] - low > 1 << 31:
                 state[HIGH] += 1
             state[LOW] = low
-            t = ((state[HIGH] + 1) << 32) + low
-            judge(state, tally, out, (word >> 32) & 0x3FFF, (word >> 46) & 0x3FFF, (word >> 60) & 0xF, t, place + 8 * i)
+            x, y, p = (word >> 32) & 0x3FFF, (word >> 46) & 0x3FFF, (word >> 60) & 0xF
+            validate_event(state, tally, out, x, y, p, ((state[HIGH] + 1) << 32) + low, place + 8 * i)
         state[ZEROS] = word == 0
     return words.size
 
 
 @njit(cache=True)
 def _five_zeros(data: Ints, i: int) -> bool:
-    """Is there an event of nothing but zeros?"""
+    """Return whether the five bytes from `i` on are all zero."""
     return i + 5 <= data.size and not data[i : i + 5].any()
 
 
 @njit(cache=True)
 def _decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events, atis: bool) -> int:
-    """Event Stream: 5 bytes an event, times as steps; bytes that only lengthen the step stand alone."""
+    """Decode Event Stream bytes: 5 per event, with times as steps; single bytes only lengthen the step."""
     i = 0
     while i < data.size:
         first = data[i]
@@ -56,12 +88,13 @@ def _decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, ou
         state[LOW] += first >> 2 if atis else first >> 1
         zeros = _five_zeros(data, i)
         if zeros and (state[ZEROS] or _five_zeros(data, i + 5)):
-            note(tally, BLANK, state[EVENTS], place + i, 0)
+            count_offence(tally, BLANK, state[EVENTS], place + i, 0)
             state[EVENTS] += 1
-        elif not (atis and first & 1):  # exposures are not contrast events
+        elif not (atis and first & 1):  # exposure measurements are not contrast events
             x = data[i + 1] | data[i + 2] << 8
-            y = state[HEIGHT] - 1 - (data[i + 3] | data[i + 4] << 8)  # rows are counted from below
-            judge(state, tally, out, x, y, (first >> 1) & 1 if atis else first & 1, state[LOW], place + i)
+            y = state[HEIGHT] - 1 - (data[i + 3] | data[i + 4] << 8)  # rows are counted from the bottom
+            p = (first >> 1) & 1 if atis else first & 1
+            validate_event(state, tally, out, x, y, p, state[LOW], place + i)
         state[ZEROS] = zeros
         i += 5
     return i
@@ -69,11 +102,35 @@ def _decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, ou
 
 @njit(cache=True)
 def decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
-    """Event Stream of contrast events: bytes in; good events in `out`, and how many bytes were used out."""
+    """Decode the bytes of an Event Stream of type DVS.
+
+    Parameters
+    ----------
+    data : ndarray of int64, shape (n,)
+        Bytes of the file, 0 .. 255.
+    place, final, state, tally, out
+        See `decode_dat`.
+
+    Returns
+    -------
+    int
+        How many bytes were used, 0 .. n.
+    """
     return _decode_es(data, place, final, state, tally, out, False)
 
 
 @njit(cache=True)
 def decode_atis(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
-    """The same for the type ATIS, which has exposures in between."""
+    """Decode the bytes of an Event Stream of type ATIS; its exposure measurements are left out.
+
+    Parameters
+    ----------
+    data, place, final, state, tally, out
+        See `decode_es`.
+
+    Returns
+    -------
+    int
+        How many bytes were used, 0 .. n.
+    """
     return _decode_es(data, place, final, state, tally, out, True)

@@ -1,17 +1,17 @@
-"""EVT3 written so that the vendor's tools read every event back   chunks of events -> 16-bit words
+"""Write EVT3 files so that the vendor's tools read every event back.
 
-The upper 4 bits of a word say its kind:
+The upper 4 bits of a 16-bit word tell its kind:
 
     8 TIME_HIGH  upper 12 of 24 bits of the time [us]     0 ADDR_Y   row
     6 TIME_LOW   lower 12 bits                            2 ADDR_X   column and polarity: one event
     3 VECT_BASE  column and polarity, then  4 VECT_12, 4 VECT_12, 5 VECT_8: one bit for each of 32 columns
 
-Found by trying against the vendor's reader: vectors only in whole groups of base, 12,
-12 and 8; every TIME_HIGH word in between, quiet or not (one each 4.096 ms, or gaps get
-lost when its 24 bits wrap after 16.78 s); and time words that begin at 0.
+Trials with the vendor's reader showed what it needs: vectors only in whole groups of a base, 12, 12 and 8 columns;
+every TIME_HIGH word, also where there are no events (one each 4.096 ms, otherwise gaps are lost when the 24 bits wrap
+after 16.78 s); and time words that begin at 0.
 
-A vector's columns rise, so events become one only where they follow each other with
-equal time, row and polarity and rising columns: any order of events is kept.
+The columns of a vector rise. So only successive events of equal time, row and polarity with rising columns become a
+vector, and the order of the events is kept in any case.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from numba import njit
 from bicode_lab.events import Events, join
 
 MAX_SIDE_PX = 2048
-"""Rows and columns have 11 bits."""
+"""Largest width and height [px]: rows and columns have 11 bits."""
 FIRST_TIME_US = 1 << 24
-"""A recording that begins later than one turn of the 24-bit clock is written from 0."""
+"""A recording that begins later than one turn of the 24-bit clock is shifted so that it begins at 0 [us]."""
 
-_HIGH, _LOW, _ROW = range(3)  # what was last written; -1: nothing yet
+_HIGH, _LOW, _ROW = range(3)  # entries of the encoder's state: the last value written of each, -1 before the first
 _GROUP_PX = 32
 _GROUP_WORDS = 4
 _BUFFER_WORDS = 1 << 18
@@ -39,7 +39,19 @@ Ints = npt.NDArray[np.int64]
 
 
 def evt3_header(width: int, height: int, shift_us: int = 0) -> bytes:
-    r"""Sensor size in, the header's lines out; the line `t0` only where time was taken off the events.
+    r"""Return the header of an EVT3 file.
+
+    Parameters
+    ----------
+    width, height : int
+        Sensor size [px].
+    shift_us : int
+        Time subtracted from the events [us]; the header has a line ``t0`` where it is not 0.
+
+    Returns
+    -------
+    bytes
+        Lines that begin with ``%``.
 
     Examples
     --------
@@ -64,7 +76,7 @@ def evt3_header(width: int, height: int, shift_us: int = 0) -> bytes:
 
 @njit(cache=True)
 def _run(x: Ints, y: Ints, p: Ints, t: Ints, first: int, end_px: int | np.int64) -> int:
-    """How many events from `first` on fit into one vector group that ends before column `end_px`."""
+    """Return how many events from `first` on fit into one vector group that ends before column `end_px`."""
     i = first + 1
     while i < x.size and x[i - 1] < x[i] < end_px and y[i] == y[first] and p[i] == p[first] and t[i] == t[first]:
         i += 1
@@ -75,7 +87,7 @@ def _run(x: Ints, y: Ints, p: Ints, t: Ints, first: int, end_px: int | np.int64)
 def _encode(
     events: Events, first: int, stop: int, width: int, state: Ints, words: npt.NDArray[np.uint16]
 ) -> tuple[int, int]:
-    """Events from `first` to about `stop` in; how many words they made and the next event out."""
+    """Encode events from `first` to about `stop`; return the number of words written and the next event."""
     x, y, p, t = events["x"], events["y"], events["p"], events["t"]
     n, i = 0, first
     while i < stop and n + 2 + _GROUP_WORDS < words.size:
@@ -96,7 +108,7 @@ def _encode(
             n += 1
         base = np.int64(x[i])
         if base > width - _GROUP_PX:
-            base = np.int64(max(width - _GROUP_PX, 0))  # a group lies inside the sensor
+            base = np.int64(max(width - _GROUP_PX, 0))  # a group must lie inside the sensor
         run = _run(x, y, p, t, i, base + _GROUP_PX)
         polarity = np.int64(p[i]) << 11
         if run > _GROUP_WORDS and width >= _GROUP_PX:
@@ -117,7 +129,22 @@ def _encode(
 
 
 def encode_evt3(chunks: Iterator[Events], width: int, shift_us: int = 0) -> Iterator[bytes]:
-    """Checked chunks in time order in, blocks of EVT3 words out, which do not depend on how the chunks were cut."""
+    """Encode events as EVT3 words; the words do not depend on how the events were divided into chunks.
+
+    Parameters
+    ----------
+    chunks : iterator of ndarray of EVENT_DTYPE, shape (n,)
+        Valid events in the order of time.
+    width : int
+        Sensor width [px].
+    shift_us : int
+        Time to subtract from every event [us].
+
+    Yields
+    ------
+    bytes
+        Some words, two bytes each.
+    """
     state = np.full(3, -1, np.int64)
     words = np.empty(_BUFFER_WORDS, np.uint16)
     held: list[Events] = []
@@ -129,13 +156,13 @@ def encode_evt3(chunks: Iterator[Events], width: int, shift_us: int = 0) -> Iter
     rest = join(held)
     yield from _encode_all(rest, rest.size, width, state, words)
     if state[_HIGH] < 0:
-        yield np.array([0x8000, 0x6000], "<u2").tobytes()  # a recording without events still has a clock
+        yield np.array([0x8000, 0x6000], "<u2").tobytes()  # without events the file still needs time words
 
 
 def _encode_all(
     events: Events, stop: int, width: int, state: Ints, words: npt.NDArray[np.uint16]
 ) -> Generator[bytes, None, int]:
-    """One chunk in, its words out in blocks; returns the first event left for the next chunk."""
+    """Yield the words of a chunk in blocks; return the first event that is left for the next chunk."""
     i = 0
     while i < stop:
         n, i = _encode(events, i, stop, width, state, words)
@@ -144,7 +171,17 @@ def _encode_all(
 
 
 def write_evt3(file: BinaryIO, chunks: Iterator[Events], width: int, height: int, shift_us: int = 0) -> None:
-    """An open file and checked chunks in time order in; a header and EVT3 words in the file out."""
+    """Write an EVT3 file: its header and the words of all events.
+
+    Parameters
+    ----------
+    file : binary file
+        Open for writing.
+    chunks, width, shift_us
+        See `encode_evt3`.
+    height : int
+        Sensor height [px].
+    """
     file.write(evt3_header(width, height, shift_us))
     for block in encode_evt3(chunks, width, shift_us):
         file.write(block)

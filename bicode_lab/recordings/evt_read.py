@@ -1,15 +1,7 @@
-"""The vendor's RAW formats read   16-bit (EVT3) or 32-bit (EVT2) words -> events
+"""Decode the vendor's RAW formats: EVT3 (16-bit words) and EVT2 (32-bit words).
 
-EVT3 time: TIME_HIGH is authoritative. A new one sets the low 12 bits to zero, a
-TIME_LOW that steps back is no wrap, and TIME_HIGH itself wraps at 24 bits (16.78 s): a
-step by more than half a turn goes the other way round. Real sensors send steps back: a
-Gen4.1 one sends now and then a TIME_LOW up to 11 us ahead and corrects it in the next
-word. No event comes between the two, so the events themselves never step back.
-
-A TIME_HIGH that those after it contradict is damage. Reading leniently it is mended
-where its neighbours say what it was, or else not believed, nor is such a TIME_LOW, and
-the events under it are dropped: one flipped bit would otherwise carry the clock ahead
-by up to a turn, and every event after it would seem to step back.
+The upper four bits of a word tell its kind; `evt3_write` lists those of EVT3. Which time words are trusted is decided
+in `evt_time`.
 """
 
 from __future__ import annotations
@@ -18,11 +10,19 @@ import numpy as np
 from numba import njit
 
 from bicode_lab.events import Events
+from bicode_lab.recordings.evt_time import (
+    ACCEPTED,
+    BOTH_TRUSTED,
+    HIGH_TRUSTED,
+    UNDECIDED,
+    UNUSED,
+    check_time_low,
+    read_time_high,
+)
 from bicode_lab.recordings.validate import (
     AT_X,
     AT_Y,
     BLANK,
-    DOUBTFUL,
     EVENTS,
     HIGH,
     KEPT,
@@ -39,166 +39,44 @@ from bicode_lab.recordings.validate import (
     ZEROS,
     Int,
     Ints,
-    judge,
-    note,
+    count_offence,
+    validate_event,
 )
 
-_WITNESSES = 5
-"""So many later time words say whether one is to be believed."""
-_NEAR_STEPS = 16
-"""A time word that goes on no further than this from another speaks for it."""
-_SMALL_STEP_US = 16
-"""A TIME_LOW that goes no further needs one witness only."""
 _BLANK_WORDS = 4
-"""So many zero words in a row are no row numbers but a hole in the file."""
-_NO, _YES, _IDLE, _MORE = range(
-    4
-)  # may a time word be believed; _IDLE: no event is under it, _MORE: cannot be seen yet
-_BOTH = 3  # state[TRUSTED]: 1 where TIME_HIGH is believed, 2 where TIME_LOW is
+"""Zero words mean row 0; this many in a row are taken as a hole in the file."""
 
 
 @njit(cache=True)
-def _step(value: Int, high: Int, turn: Int) -> Int:
-    """From one time word to another, the short way round a clock of `turn` steps."""
-    step = (value - high) % turn
-    return step - turn if step >= turn // 2 else step
-
-
-@njit(cache=True)
-def _weigh_high(words: Ints, i: int, high: Int, turn: Int, final: bool) -> tuple[int, Int]:
-    """Do the next time words agree that the clock went where the one at `i` says? Also, where it went if not."""
-    first = high < 0
-    value = words[i] % turn
-    high = value if first else high
-    step = _step(value, high, turn)
-    witnesses, against = 0, 0
-    nearest: Int = -1
-    for j in range(i + 1, words.size):
-        if words[j] // turn != 8:
-            continue
-        later = _step(words[j] % turn, high, turn)
-        if witnesses == 0 and 0 <= step <= 1 and later >= step:
-            return _YES, value
-        if nearest < 0 and 0 <= later <= 2:
-            nearest = later
-        witnesses += 1
-        if (later < step) if first else (0 <= later < step or step < 0 <= later):
-            against += 1
-        elif step <= later <= step + _NEAR_STEPS:  # two damaged words seldom agree
-            against -= 1
-        if witnesses == _WITNESSES:
-            break
-    if witnesses < _WITNESSES and not final:
-        return _MORE, value
-    if against <= 0 and (witnesses or step >= 0):
-        return _YES, value
-    if first or nearest < 0:
-        return _NO, value
-    return _YES, (high + nearest // 2) % turn  # the clock stands, or this word was the one between two others
-
-
-@njit(cache=True)
-def _believe_low(words: Ints, i: int, high: Int, low: Int, final: bool) -> int:
-    """The same for a TIME_LOW, which speaks for the events up to the next time word."""
-    value = words[i] & 0xFFF
-    witnesses = 0
-    against: Int = 0
-    under = False
-    pending: Int = -1
-    for j in range(i + 1, words.size):
-        kind, other = words[j] >> 12, words[j] & 0xFFF
-        if kind == 2 or kind == 4 or kind == 5:
-            under = True
-            if pending < 0:
-                continue
-            if pending >= value >= low and value - low <= _SMALL_STEP_US and witnesses == 0:
-                return _YES
-            witnesses += 1
-            against += (low <= pending < value) if value >= low else (pending >= low)
-            pending = -1
-            if witnesses == _WITNESSES:
-                break
-        elif kind == 6 and not under:
-            return _IDLE
-        elif kind == 8 and other != high & 0xFFF and not under:
-            return _YES if value >= low else _IDLE  # if that one is true, it sets the low bits anew
-        elif kind == 6:
-            pending = other
-        elif kind == 8 and other != high & 0xFFF:
-            witnesses += 1
-            against += value < low
-            break
-    else:
-        if not final:
-            return _MORE
-    if witnesses == 0:
-        return _YES if value >= low else _NO
-    return _NO if 2 * against > witnesses else _YES
-
-
-@njit(cache=True)
-def _go_to(state: Ints, value: Int, turn: Int, believed: int) -> None:
-    """Take a TIME_HIGH, or do not believe it."""
-    if believed == _NO:
-        state[TRUSTED] = 0
-        return
-    step = _step(value, state[HIGH], turn) if state[HIGH] >= 0 else value + 1
-    state[TRUSTED] |= 1
-    if step:
-        state[HIGH] += step
-        if state[HIGH] < 0:
-            state[HIGH] += turn
-        state[LOW], state[TRUSTED] = 0, _BOTH
-
-
-@njit(cache=True)
-def _take_high(words: Ints, i: int, state: Ints, tally: Ints, turn: int, final: bool, place: int) -> bool:
-    """Take, mend or leave the TIME_HIGH at `i`; False where the words that tell are not read yet."""
-    value = words[i] % turn
-    believed, mended = _YES, value
-    if state[HIGH] < 0 or value != state[HIGH] % turn:
-        believed, mended = _weigh_high(words, i, state[HIGH], turn, final)
-    if believed == _MORE:
-        return False
-    if believed == _NO or mended != value:
-        note(tally, DOUBTFUL, state[EVENTS], place, words[i])
-    if state[LENIENT]:
-        _go_to(state, mended, turn, believed)
-    else:
-        _go_to(state, value, turn, _YES)
-    return True
-
-
-@njit(cache=True)
-def _offence(state: Ints, x: Int, y: Int) -> int:
-    """The rule an event breaks before it can be judged, or -1."""
+def _broken_rule(state: Ints, x: Int, y: Int) -> int:
+    """Return the rule that an event breaks because its time or place is unknown, or -1."""
     if state[HIGH] < 0:
         return UNTIMED
     if x < 0 or y < 0:
         return UNPLACED
-    return -1 if state[TRUSTED] == _BOTH else MISTIMED
+    return -1 if state[TRUSTED] == BOTH_TRUSTED else MISTIMED
 
 
 @njit(cache=True)
-def _event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int, place: Int, word: Int) -> None:
-    """One event, if its time and place are known."""
-    rule = _offence(state, x, y)
+def _add_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int, place: Int, word: Int) -> None:
+    """Validate an event if its time and place are known; count the offence otherwise."""
+    rule = _broken_rule(state, x, y)
     if rule < 0:
-        judge(state, tally, out, x, y, p, t, place)
+        validate_event(state, tally, out, x, y, p, t, place)
     else:
-        note(tally, rule, state[EVENTS], place, word)
+        count_offence(tally, rule, state[EVENTS], place, word)
         state[EVENTS] += 1
 
 
 @njit(cache=True)
-def _place3(state: Ints, tally: Ints, out: Events, word: Int, where: int) -> None:
-    """An EVT3 word that says where: a row, an event, a vector's base or 12 or 8 pixels of it."""
+def _read_place(state: Ints, tally: Ints, out: Events, word: Int, place: int) -> None:
+    """Read an EVT3 word that gives a row, an event, the base of a vector, or 12 or 8 pixels of a vector."""
     kind, value = word >> 12, word & 0xFFF
     t = (state[HIGH] << 12) | state[LOW]
     if kind == 0:
         state[AT_Y] = value & 0x7FF
     elif kind == 2:
-        _event(state, tally, out, value & 0x7FF, state[AT_Y], value >> 11, t, where, word)
+        _add_event(state, tally, out, value & 0x7FF, state[AT_Y], value >> 11, t, place, word)
     elif kind == 3:
         state[AT_X], state[POLARITY] = value & 0x7FF, value >> 11
     else:
@@ -206,67 +84,94 @@ def _place3(state: Ints, tally: Ints, out: Events, word: Int, where: int) -> Non
         for bit in range(size):
             if (value >> bit) & 1:
                 x = state[AT_X] + bit if state[AT_X] >= 0 else np.int64(-1)
-                _event(state, tally, out, x, state[AT_Y], state[POLARITY], t, where, word)
+                _add_event(state, tally, out, x, state[AT_Y], state[POLARITY], t, place, word)
         if state[AT_X] >= 0:
             state[AT_X] += size
 
 
 @njit(cache=True)
-def _count_zeros(state: Ints, tally: Ints, word: Int, where: int) -> None:
-    """Zero words are row 0, but many in a row are a hole in the file."""
+def _read_time_low(words: Ints, i: int, state: Ints, final: bool) -> bool:
+    """Use or ignore the TIME_LOW at `i`; return False where the words that decide have not been read yet."""
+    answer = ACCEPTED
+    if state[LENIENT]:
+        answer = check_time_low(words, i, state[HIGH], state[LOW], final)
+    if answer == UNDECIDED:
+        return False
+    if answer == ACCEPTED:
+        state[LOW] = words[i] & 0xFFF
+    if answer != UNUSED:
+        state[TRUSTED] = BOTH_TRUSTED if answer == ACCEPTED else HIGH_TRUSTED
+    return True
+
+
+@njit(cache=True)
+def _count_zeros(state: Ints, tally: Ints, word: Int, place: int) -> None:
+    """Count successive zero words, and report them as blank once they are a hole in the file."""
     state[ZEROS] = state[ZEROS] + 1 if word == 0 else 0
     if state[ZEROS] == _BLANK_WORDS:
         for k in range(_BLANK_WORDS - 1, 0, -1):
-            note(tally, BLANK, state[EVENTS], where - 2 * k, 0)
+            count_offence(tally, BLANK, state[EVENTS], place - 2 * k, 0)
     if state[ZEROS] >= _BLANK_WORDS:
-        note(tally, BLANK, state[EVENTS], where, 0)
+        count_offence(tally, BLANK, state[EVENTS], place, 0)
         state[AT_Y] = -1
 
 
 @njit(cache=True)
 def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
-    """EVT3 words, the first at byte `place`, in; good events in `out`, and how many words were used out."""
+    """Decode the 16-bit words of an EVT3 file.
+
+    Parameters
+    ----------
+    words : ndarray of int64, shape (n,)
+        Words of the file, 0 .. 65535.
+    place : int
+        Byte at which the first word begins.
+    final : bool
+        True where the file ends after these words.
+    state, tally : ndarray of int64
+        See `validate.validate_event`; changed in place.
+    out : ndarray of EVENT_DTYPE, shape (m,)
+        Buffer for the good events, m >= 12. ``state[KEPT]`` must be 0; afterwards it is the number of events.
+
+    Returns
+    -------
+    int
+        How many words were used, 0 .. n. The others are to be given again in front of those that follow.
+    """
     for i in range(words.size):
         word = words[i]
-        kind, value = word >> 12, word & 0xFFF
+        kind = word >> 12
         if state[KEPT] + 12 > out.size:
             return i
         if kind == 8:
-            if not _take_high(words, i, state, tally, 1 << 12, final, place + 2 * i):
+            if not read_time_high(words, i, state, tally, 1 << 12, final, place + 2 * i):
                 return i
-        elif kind == 6 and state[TRUSTED] & 1:
-            believed = _YES
-            if state[LENIENT]:
-                believed = _believe_low(words, i, state[HIGH], state[LOW], final)
-            if believed == _MORE:
+        elif kind == 6 and state[TRUSTED] & HIGH_TRUSTED:
+            if not _read_time_low(words, i, state, final):
                 return i
-            if believed == _YES:
-                state[LOW] = value
-            if believed != _IDLE:
-                state[TRUSTED] = _BOTH if believed == _YES else 1
         elif kind == 1 or kind == 9 or 11 <= kind <= 13:
-            note(tally, UNKNOWN, state[EVENTS], place + 2 * i, word)
+            count_offence(tally, UNKNOWN, state[EVENTS], place + 2 * i, word)
         elif kind == 0 or 2 <= kind <= 5:
-            _place3(state, tally, out, word, place + 2 * i)
+            _read_place(state, tally, out, word, place + 2 * i)
         _count_zeros(state, tally, word, place + 2 * i)
         state[KIND] = kind
     return words.size
 
 
 @njit(cache=True)
-def _low2(word: Int) -> Int:
-    """The lower 6 bits of the time in an EVT2 event."""
+def _low_bits(word: Int) -> Int:
+    """Return the lower 6 bits of the time in an EVT2 event."""
     return (word >> 22) & 0x3F
 
 
 @njit(cache=True)
-def _alone_ahead(words: Ints, i: int, low: Int) -> bool:
-    """Is this EVT2 event ahead of both that follow it, though they are not before the last one?"""
+def _is_ahead_of_next(words: Ints, i: int, low: Int) -> bool:
+    """Return whether an EVT2 event is later than both events after it, which do not precede the previous one."""
     n = 0
     for j in range(i + 1, min(i + 3, words.size)):
         if words[j] >> 28 > 1:
             break
-        if not low <= _low2(words[j]) < _low2(words[i]):
+        if not low <= _low_bits(words[j]) < _low_bits(words[i]):
             return False
         n += 1
     return n > 0
@@ -274,27 +179,43 @@ def _alone_ahead(words: Ints, i: int, low: Int) -> bool:
 
 @njit(cache=True)
 def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
-    """The same for EVT2: the upper 28 bits of the time come in words of their own and wrap at 34 bits."""
+    """Decode the 32-bit words of an EVT2 file.
+
+    The upper 28 bits of the time come in words of their own (TIME_HIGH) and wrap at 34 bits (4.8 h).
+
+    Parameters
+    ----------
+    words : ndarray of int64, shape (n,)
+        Words of the file, 0 .. 2^32 - 1.
+    place, final, state, tally, out
+        See `decode_evt3`; here m >= 1.
+
+    Returns
+    -------
+    int
+        How many words were used, 0 .. n.
+    """
     for i in range(words.size):
         word = words[i]
         kind = word >> 28
         if state[KEPT] + 1 > out.size or (word == 0 and i + 1 == words.size and not final):
             return i
         if kind == 8:
-            if not _take_high(words, i, state, tally, 1 << 28, final, place + 4 * i):
+            if not read_time_high(words, i, state, tally, 1 << 28, final, place + 4 * i):
                 return i
         elif word == 0 and (state[ZEROS] or (i + 1 < words.size and words[i + 1] == 0)):
-            note(tally, BLANK, state[EVENTS], place + 4 * i, 0)
+            count_offence(tally, BLANK, state[EVENTS], place + 4 * i, 0)
         elif kind < 2:
             if state[LENIENT] and i + 2 >= words.size and not final:
                 return i
-            t = (state[HIGH] << 6) | _low2(word)
-            if state[LENIENT] and _alone_ahead(words, i, state[LAST] & 0x3F if state[LAST] >> 6 == state[HIGH] else 0):
-                note(tally, MISTIMED, state[EVENTS], place + 4 * i, word)
+            t = (state[HIGH] << 6) | _low_bits(word)
+            low = state[LAST] & 0x3F if state[LAST] >> 6 == state[HIGH] else 0
+            if state[LENIENT] and _is_ahead_of_next(words, i, low):
+                count_offence(tally, MISTIMED, state[EVENTS], place + 4 * i, word)
                 state[EVENTS] += 1
             else:
-                _event(state, tally, out, (word >> 11) & 0x7FF, word & 0x7FF, kind, t, place + 4 * i, word)
+                _add_event(state, tally, out, (word >> 11) & 0x7FF, word & 0x7FF, kind, t, place + 4 * i, word)
         elif kind != 10 and kind < 14:
-            note(tally, UNKNOWN, state[EVENTS], place + 4 * i, word)
+            count_offence(tally, UNKNOWN, state[EVENTS], place + 4 * i, word)
         state[ZEROS] = word == 0
     return words.size

@@ -1,7 +1,7 @@
-"""Events in columns of an HDF5 file: group `events` with x, y, p, t (us), its attributes width and height.
+"""Read and write HDF5 files with events in columns: group ``events`` with the data sets x, y, p and t [us].
 
-The columns grow with the chunks that come and are compressed with gzip, which every
-HDF5 library reads; checksums lie over data and structure.
+The attributes ``width`` and ``height`` of the group hold the sensor size. The columns grow chunk by chunk. They are
+compressed with gzip, which every HDF5 library reads, and have checksums.
 """
 
 from __future__ import annotations
@@ -24,7 +24,17 @@ _COLUMNS = {"x": "<u2", "y": "<u2", "p": "u1", "t": "<i8"}
 
 
 def write_hdf5(path: Path, chunks: Iterator[Events], width: int, height: int) -> None:
-    """A path and checked chunks in time order in; an HDF5 file of four columns out."""
+    """Write events to an HDF5 file, chunk by chunk.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write; a file of that name is replaced.
+    chunks : iterator of ndarray of EVENT_DTYPE, shape (n,)
+        Valid events in the order of time.
+    width, height : int
+        Sensor size [px].
+    """
     with h5py.File(path, "w", libver=("v110", "v110")) as file:
         group = file.create_group("events")
         group.attrs["width"], group.attrs["height"] = np.int64(width), np.int64(height)
@@ -51,7 +61,22 @@ def write_hdf5(path: Path, chunks: Iterator[Events], width: int, height: int) ->
 
 
 def read_hdf5_header(path: Path) -> Header:
-    """A path in, the size out, after it was seen that the file holds four columns of whole numbers."""
+    """Return the header of an HDF5 file, after checking that it holds four columns of integers.
+
+    Parameters
+    ----------
+    path : Path
+        The file to read.
+
+    Returns
+    -------
+    Header
+
+    Raises
+    ------
+    RecordingError
+        If the file is damaged, a column is missing or of another kind, or the size is not made of integers.
+    """
     with _opened(path) as file:
         group = file["events"] if isinstance(file.get("events"), h5py.Group) else file
         columns = {name: column for name in "xypt" if isinstance(column := group.get(name), h5py.Dataset)}
@@ -76,7 +101,24 @@ def read_hdf5_header(path: Path) -> Header:
 
 
 def read_hdf5_pieces(path: Path, decoder: Decoder) -> Iterator[Events]:
-    """A path in, its good events in pieces out, in bounded memory."""
+    """Yield the good events of an HDF5 file in pieces, in bounded memory.
+
+    Parameters
+    ----------
+    path : Path
+        The file to read.
+    decoder : Decoder
+        It validates the events.
+
+    Yields
+    ------
+    ndarray of EVENT_DTYPE, shape (n,), n >= 0
+
+    Raises
+    ------
+    RecordingError
+        If the file is damaged, or in strict reading at the first offence.
+    """
     start, size = 0, 1
     while start < size:
         with _opened(path) as file:
@@ -84,15 +126,15 @@ def read_hdf5_pieces(path: Path, decoder: Decoder) -> Iterator[Events]:
             size = group["t"].size
             columns = [group[name][start : start + _PIECE_EVENTS] for name in "xypt"]
         piece = decoder.filter((columns[0], columns[1], columns[2], columns[3]))
-        if decoder.lenient or not decoder.tally.any():  # strictly, the first offence ends it; the rest is counted
+        if decoder.lenient or not decoder.tally.any():  # in strict reading the rest is only counted
             yield piece
         start += _PIECE_EVENTS
-    decoder.complain()
+    decoder.raise_offence()
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """A path in, the open file out, with its damage in words."""
+    """Open an HDF5 file, and raise RecordingError where it is damaged."""
     try:
         with h5py.File(path, "r") as file:
             yield file

@@ -1,4 +1,4 @@
-"""Our own event file: a numpy npz of the arrays x, y, p, t (us), and perhaps width and height."""
+"""Read and write this project's own event file: an npz of the arrays x, y, p, t [us], and width and height [px]."""
 
 from __future__ import annotations
 
@@ -12,21 +12,31 @@ import numpy as np
 
 from bicode_lab.events import Events, check_events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.file import whole_file
-from bicode_lab.recordings.formats import RecordingError
+from bicode_lab.recordings.formats import RecordingError, whole_file
 
 _PIECE_EVENTS = 1 << 18
 
 
 def write_npz(path: str | os.PathLike[str], events: Events, width: int, height: int) -> None:
-    """A path and events in; a compressed npz on disk out (x, y, p, t in us, width, height).
+    """Write events to a compressed npz file.
 
-    The file appears whole or not at all. The same events always give the same bytes.
+    The file appears complete or not at all. The same events always give the same bytes.
+
+    Parameters
+    ----------
+    path : path-like
+        Must end in .npz.
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        The events, in the order of time.
+    width, height : int
+        Sensor size [px].
 
     Raises
     ------
     ValueError
-        Events that break a rule (see `events.check_events`), or a name that does not end in .npz.
+        If an event breaks a rule (see `events.check_events`).
+    RecordingError
+        If the name does not end in .npz, or the file cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() != ".npz":
@@ -45,9 +55,25 @@ def write_npz(path: str | os.PathLike[str], events: Events, width: int, height: 
 
 
 def read_npz_pieces(path: Path, decoder: Decoder) -> Iterator[Events]:
-    """A path in, its good events in pieces out, after the arrays were judged as a whole.
+    """Yield the good events of an npz file in pieces, after all of them have been validated.
 
-    numpy loads an array whole, so the memory grows with the file: about 30 bytes an event.
+    numpy loads whole arrays, so this takes about 30 bytes of memory per event.
+
+    Parameters
+    ----------
+    path : Path
+        The file to read.
+    decoder : Decoder
+        It validates the events.
+
+    Yields
+    ------
+    ndarray of EVENT_DTYPE, shape (n,), n >= 0
+
+    Raises
+    ------
+    RecordingError
+        If an array is damaged or of another kind, or in strict reading at the first offence.
     """
     x, y, p, t = (_load_column(path, name) for name in "xypt")
     sizes = [column.size for column in (x, y, p, t)]
@@ -55,12 +81,12 @@ def read_npz_pieces(path: Path, decoder: Decoder) -> Iterator[Events]:
         raise RecordingError(f"{path}: arrays x, y, p, t have {sizes} entries; give one of each per event")
     parts = [slice(start, start + _PIECE_EVENTS) for start in range(0, t.size, _PIECE_EVENTS)]
     good = [decoder.filter((x[part], y[part], p[part], t[part])) for part in parts]
-    decoder.complain()
+    decoder.raise_offence()
     yield from good
 
 
 def _load_member(path: Path, name: str) -> np.ndarray[Any, np.dtype[Any]]:
-    """One array of an npz, with its damage in words."""
+    """Return one array of an npz file, and raise RecordingError where it is damaged."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             return np.asarray(archive[name])
@@ -70,7 +96,7 @@ def _load_member(path: Path, name: str) -> np.ndarray[Any, np.dtype[Any]]:
 
 
 def _load_column(path: Path, name: str) -> np.ndarray[Any, np.dtype[Any]]:
-    """One of the columns of an npz, as whole numbers."""
+    """Return one of the columns of an npz file, after checking that it holds integers."""
     column = _load_member(path, name)
     if column.ndim != 1 or column.dtype.kind not in "iub":
         found = f"{column.dtype} of shape {column.shape}"
@@ -81,7 +107,23 @@ def _load_column(path: Path, name: str) -> np.ndarray[Any, np.dtype[Any]]:
 
 
 def read_npz_size(path: Path) -> tuple[int, int] | None:
-    """A path in, the sensor's width and height [px] out, or None where the file does not tell."""
+    """Return the sensor size that an npz file states.
+
+    Parameters
+    ----------
+    path : Path
+        The file to read.
+
+    Returns
+    -------
+    (int, int) or None
+        Width and height [px]; None where the file does not state them.
+
+    Raises
+    ------
+    RecordingError
+        If they are not integers.
+    """
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
     if not {"width.npy", "height.npy"} <= names:

@@ -1,14 +1,13 @@
-"""Recordings: event files in and out   a path -> chunks of events in the order of time
+"""Open event files and read them as chunks of events in the order of time.
 
-`open_recording` reads EVT2 and EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 in columns, and our
-own npz (arrays x, y, p, t, and perhaps width and height); `write_recording` writes most
-of them. The recording's own clock is kept. A file that breaks a rule raises
-`RecordingError`, one line with the place; with ``lenient=True`` every good event comes,
-and `Recording.dropped` counts the others by cause.
+`open_recording` reads EVT2 and EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 with columns, and this project's npz (arrays x,
+y, p, t, and width and height). The times are those of the recording's own clock. A file that breaks a rule raises
+`RecordingError`: one line that says where. With ``lenient=True`` every good event is read, and `Recording.dropped`
+counts the others by cause.
 
-EVT2, EVT3, HDF5 and npz are read here, the others by faery. One limit comes with it: an
-AEDAT4 file's backward times are held at the latest time without a word, because its
-packets are compressed and nobody else here can open them.
+EVT2, EVT3, HDF5 and npz are read by this package, the other formats by faery. This has one limit: faery silently
+replaces a backward time of an AEDAT4 file by the latest time before it, and this cannot be noticed here, because only
+faery can open the compressed packets.
 """
 
 from __future__ import annotations
@@ -27,21 +26,18 @@ from bicode_lab.recordings.decode import Decoder
 from bicode_lab.recordings.formats import Header, RecordingError
 from bicode_lab.recordings.hdf5 import read_hdf5_pieces
 from bicode_lab.recordings.headers import read_header
-from bicode_lab.recordings.npz import read_npz_pieces, read_npz_size, write_npz
+from bicode_lab.recordings.npz import read_npz_pieces, read_npz_size
 from bicode_lab.recordings.validate import REST
-from bicode_lab.recordings.writer import WRITABLE, write_recording
-
-__all__ = ["WRITABLE", "Recording", "RecordingError", "open_recording", "write_npz", "write_recording"]
 
 MAX_CHUNK_EVENTS = 1_000_000
-"""No chunk holds more events than this."""
+"""A chunk holds at most this many events."""
 
 _ASSUMED_SIZE_PX = (1280, 720)
 
 
 @dataclass(eq=False, kw_only=True)
 class Recording:
-    """An event file that can be read again and again, each time from its start.
+    """An event file that can be read several times, each time from its start.
 
     Examples
     --------
@@ -57,24 +53,24 @@ class Recording:
     height: int
     """Sensor height [px]."""
     size_from: str
-    """Where the size comes from: 'file', 'sensor' (the file names it), 'caller', or 'assumed'."""
+    """Where the size comes from: 'file', 'sensor' (the file names the sensor model), 'caller' or 'assumed'."""
     chunk_us: int
-    """Longest time a chunk spans [us]."""
+    """Longest time span of a chunk [us]."""
     header: Header
     lenient: bool = False
-    """Whether good events of a damaged file are read, and the others dropped."""
+    """Whether the good events of a damaged file are read and the others dropped."""
     dropped: dict[str, int] = field(default_factory=dict)
-    """What the last reading has dropped so far: cause -> count; empty for a good file."""
+    """What the latest reading has dropped so far: counts by cause; empty for a good file."""
 
     def __iter__(self) -> Iterator[Events]:
+        """Iterate over `chunks`."""
         return self.chunks()
 
     def chunks(self) -> Iterator[Events]:
-        """Nothing in, the events out in chunks ordered by time, in bounded memory.
+        """Yield the events in chunks in the order of time, in bounded memory.
 
-        Chunk k holds the events of [t0 + k chunk_us, t0 + (k + 1) chunk_us), t0 being the
-        first event's time, whatever the format; a chunk of more than a million events is
-        split, an empty one left out.
+        Chunk k holds the events of ``[t0 + k * chunk_us, t0 + (k + 1) * chunk_us)``, where t0 is the time of the
+        first event. A chunk of more than a million events is divided, and an empty one is left out.
 
         Yields
         ------
@@ -83,18 +79,27 @@ class Recording:
         Raises
         ------
         RecordingError
-            Where the file breaks a rule, if it is not read leniently: what, how often, and
-            where first.
+            In strict reading, if the file breaks a rule: which one, how often, and where first.
         """
         parts = windows(self._counted_pieces(), self.chunk_us, max_events=MAX_CHUNK_EVENTS)
         return (events for _, events in parts)
 
     def read(self) -> Events:
-        """Nothing in, all events out in one array of EVENT_DTYPE, shape (n,)."""
+        """Read all events into one array.
+
+        Returns
+        -------
+        ndarray of EVENT_DTYPE, shape (n,)
+
+        Raises
+        ------
+        RecordingError
+            As for `chunks`.
+        """
         return join(self.chunks())
 
     def _counted_pieces(self) -> Iterator[Events]:
-        """The good events as they come, with `dropped` kept up to date."""
+        """Yield the good events, and keep `dropped` up to date."""
         decoder = Decoder(self.path, self.header, self.width, self.height, self.lenient)
         self.dropped = {}
         for piece in self._pieces(decoder):
@@ -103,7 +108,7 @@ class Recording:
         self.dropped = decoder.dropped
 
     def _pieces(self, decoder: Decoder) -> Iterator[Events]:
-        """The good events, from whoever reads this format."""
+        """Return an iterator over the good events from the reader of this format."""
         if self.format == "npz":
             return read_npz_pieces(self.path, decoder)
         if self.format == "HDF5":
@@ -113,13 +118,13 @@ class Recording:
         return self._faery_pieces(decoder)
 
     def _faery_pieces(self, decoder: Decoder) -> Iterator[Events]:
-        """Faery's packets as our events, each judged before it is passed on."""
+        """Yield faery's packets as event arrays, each validated before it is passed on."""
         n_events = 0
         for packet in self._faery_packets(decoder):
             n_events += packet.size
-            if self.format == "AEDAT4":  # compressed, so only what faery made of it can be judged
+            if self.format == "AEDAT4":  # it is compressed, so only what faery makes of it can be validated
                 events = decoder.filter(tuple(packet[name] for name in ("x", "y", "on", "t")))
-                decoder.complain()
+                decoder.raise_offence()
             else:
                 events = np.empty(packet.size, EVENT_DTYPE)
                 for ours, theirs in (("x", "x"), ("y", "y"), ("p", "on"), ("t", "t")):
@@ -128,7 +133,7 @@ class Recording:
             yield events
 
     def _faery_packets(self, decoder: Decoder) -> Iterator[Any]:
-        """What faery reads, and what it cannot read in our words."""
+        """Yield faery's packets, and turn its errors into `RecordingError`."""
         n_events = 0
         try:
             for packet in _faery_stream(self.path, self.header, (self.width, self.height)):
@@ -137,12 +142,12 @@ class Recording:
         except (GeneratorExit, RecordingError):
             raise
         except BaseException as error:
-            _let_pass(error)
+            _raise_if_not_from_faery(error)
             if self.lenient:
                 decoder.note_end(REST, 1)
                 return
             decoder.advance()
-            raise _translated(self.path, error, n_events) from None
+            raise _recording_error(self.path, error, n_events) from None
         if not self.lenient:
             decoder.advance()
 
@@ -155,21 +160,20 @@ def open_recording(
     chunk_us: int = 100_000,
     lenient: bool = False,
 ) -> Recording:
-    """A path in, its recording out; the events are read when it is iterated.
+    """Open an event file; its events are read when the recording is iterated.
 
     Parameters
     ----------
     path : path-like
-        An EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 or npz file. The content decides the format.
+        An EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 or npz file. The content tells the format.
     width, height : int, optional
-        Sensor size [px], for files that do not tell theirs. Where the file tells it, they
-        must agree. Where nobody does, 1280 x 720 (the paper's sensor) is assumed, and
-        `Recording.size_from` says so.
+        Sensor size [px], for files that do not state theirs. If the file states it, both must agree. If it is not
+        known at all, 1280 x 720 (the paper's sensor) is assumed, and `Recording.size_from` says so.
     chunk_us : int
-        Longest time a chunk spans [us].
+        Longest time span of a chunk [us], 1 or more.
     lenient : bool
-        Read the good events of a damaged file and count the others in `Recording.dropped`.
-        Only a file of which nothing can be read is an error then.
+        Read the good events of a damaged file, and count the others in `Recording.dropped`. Then only a file of
+        which nothing can be read is an error.
 
     Returns
     -------
@@ -178,12 +182,14 @@ def open_recording(
     Raises
     ------
     RecordingError
-        Missing, not an event file, empty, cut short, named as another format, or of
-        another size than asked for.
+        If the file is missing, empty, cut short or not an event file, if it has the name of another format, or if
+        its sensor has another size than `width` and `height`.
+    ValueError
+        If only one of `width` and `height` is given, or `chunk_us` is below 1.
     """
     path = Path(path)
     if chunk_us < 1:
-        raise ValueError(f"chunk_us={chunk_us} is no time; choose 1 us or more")
+        raise ValueError(f"chunk_us={chunk_us} is shorter than 1 us; choose 1 or more")
     header = read_header(path, lenient)
     size_px, size_from = header.size_px, header.size_from
     if header.format == "npz":
@@ -204,7 +210,7 @@ def open_recording(
 def _settle_size(
     path: Path, size_px: tuple[int, int] | None, size_from: str, width: int | None, height: int | None
 ) -> tuple[tuple[int, int], str]:
-    """The file's size and the caller's in, the one to use and where it comes from out."""
+    """Return the sensor size to use and where it comes from, after checking that file and caller agree."""
     if (width is None) != (height is None):
         raise ValueError(f"width={width} and height={height}: one is missing; give both or neither")
     asked = None if width is None or height is None else (width, height)
@@ -222,7 +228,7 @@ def _settle_size(
 
 
 def _faery_stream(path: Path, header: Header, size_px: tuple[int, int]) -> Any:
-    """Faery's stream of this file; it is told the format, never left to guess by the name."""
+    """Open a file with faery; it is told the format, so that it does not guess it from the name."""
     file_type = {"EVT2": "evt", "EVT3": "evt", "DAT": "dat", "AEDAT4": "aedat", "ES": "es", "CSV": "csv"}
     properties = faery.CsvProperties.default()
     if header.format == "CSV":
@@ -233,13 +239,13 @@ def _faery_stream(path: Path, header: Header, size_px: tuple[int, int]) -> Any:
     )
 
 
-def _let_pass(error: BaseException) -> None:
-    """Raise again what is not faery's: only its errors and its panics, which are no `Exception`s, are translated."""
+def _raise_if_not_from_faery(error: BaseException) -> None:
+    """Raise an error again unless it is an `Exception` or a panic of faery (which is not an `Exception`)."""
     if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
         raise error
 
 
-def _translated(path: Path, error: BaseException, n_events: int) -> RecordingError:
-    """Faery's words in, ours out, on one line."""
+def _recording_error(path: Path, error: BaseException, n_events: int) -> RecordingError:
+    """Return a `RecordingError` of one line for an error of faery."""
     words = " ".join(str(error).split())[:120]
     return RecordingError(f"{path}: damaged after {n_events:,} good events ({words}); export or copy it again")

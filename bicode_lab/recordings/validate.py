@@ -1,8 +1,8 @@
-"""Does an event keep the rules?   one event after the other -> the good ones, and a tally of the others
+"""The rules that every event of a file must keep, and the tally of those that break one.
 
-Each offence is counted under one rule, with the place of the first of its kind. Reading
-strictly, the first is raised as an error; leniently, the good events go on and the tally
-becomes the counts of what was dropped.
+Each offence is counted under one rule, and the position of the first offence against each rule is kept. In strict
+reading the first offence is raised as an error. In lenient reading the good events are passed on and the tally says
+what was dropped.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from numba import njit
 from bicode_lab.events import Events
 from bicode_lab.recordings.formats import RecordingError
 
-# New numbers go to the end: numba keeps a compiled kernel while the text of its own file is the same, not of this.
-# Rows of a tally: events that break a rule, then words, lines and bytes that hold no event.
+# Rows of a tally, one for each rule: first events that break it, then words, lines and bytes that hold no event.
 UNTIMED, UNPLACED, X, Y, P, BACKWARDS, MISTIMED, UNKNOWN, BLANK, LINE, CUT, VECTOR, REST, DOUBTFUL = range(14)
-COUNT, EVENT, PLACE, VALUE = range(4)  # its columns; events are counted from 0, lines from 1
+# Columns of a tally: how often, and of the first offence the event's number (from 0), its byte or line, and a value.
+COUNT, EVENT, PLACE, VALUE = range(4)
 
-# A reader's memory between blocks: what it judges with, and where EVT, DAT and ES words left off.
-# HIGH, AT_X and AT_Y are -1 until a word tells; ZEROS counts zero words in a row.
+# Entries of a reader's state: the limits it checks against, and where decoding stopped in the previous block.
+# HIGH (upper bits of the time), AT_X and AT_Y are -1 until a word sets them; ZEROS counts successive zero words.
 EVENTS, LAST, KEPT, WIDTH, HEIGHT, T0, LENIENT, HIGH, LOW, AT_X, AT_Y, POLARITY, KIND, ZEROS, TRUSTED = range(15)
 
 Ints = npt.NDArray[np.int64]
@@ -51,30 +51,59 @@ _BAD_WORDS = {
     BLANK: "words are blank (all zero)",
 }
 
-LENIENTLY = "or read the good events with lenient=True (--lenient)"
+LENIENT_HINT = "or read the good events with lenient=True (--lenient)"
+"""The way out that ends every error message which lenient reading avoids."""
 
 
 @njit(cache=True)
-def note(tally: Ints, rule: Int, event: Int, place: Int, value: Int) -> None:
-    """Count one offence, and remember the first of its kind."""
+def count_offence(tally: Ints, rule: Int, event: Int, place: Int, value: Int) -> None:
+    """Count one offence in the tally, and keep the details of the first one against its rule.
+
+    Parameters
+    ----------
+    tally : ndarray of int64, shape (14, 4)
+        Made by `new_tally`; changed in place.
+    rule : int
+        Row of the tally.
+    event : int
+        Number of events before the offence.
+    place : int
+        Byte or line at which it occurs.
+    value : int
+        The word or number that breaks the rule.
+    """
     if tally[rule, COUNT] == 0:
         tally[rule, EVENT], tally[rule, PLACE], tally[rule, VALUE] = event, place, value
     tally[rule, COUNT] += 1
 
 
 @njit(cache=True)
-def judge(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int, place: Int) -> None:
-    """One event against the rules; a good one goes to `out`. `place` is its byte or line."""
+def validate_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int, place: Int) -> None:
+    """Append an event to `out` if it keeps the rules; count the offence otherwise.
+
+    Parameters
+    ----------
+    state : ndarray of int64, shape (15,)
+        Made by `new_state`; changed in place. ``state[KEPT]`` is the number of events in `out`.
+    tally : ndarray of int64, shape (14, 4)
+        Made by `new_tally`; changed in place.
+    out : ndarray of EVENT_DTYPE, shape (n,)
+        Buffer for good events.
+    x, y, p, t : int
+        Column and row [px], polarity, and time before ``state[T0]`` is added [us].
+    place : int
+        Byte or line of the event in the file.
+    """
     event = state[EVENTS]
     state[EVENTS] += 1
     if x < 0 or x >= state[WIDTH]:
-        note(tally, X, event, place, x)
+        count_offence(tally, X, event, place, x)
     elif y < 0 or y >= state[HEIGHT]:
-        note(tally, Y, event, place, y)
+        count_offence(tally, Y, event, place, y)
     elif p != 0 and p != 1:
-        note(tally, P, event, place, p)
+        count_offence(tally, P, event, place, p)
     elif t < state[LAST]:
-        note(tally, BACKWARDS, event, place, state[LAST] - t)
+        count_offence(tally, BACKWARDS, event, place, state[LAST] - t)
     else:
         state[LAST] = t
         good = out[state[KEPT]]
@@ -83,15 +112,39 @@ def judge(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int,
 
 
 @njit(cache=True)
-def judge_columns(columns: Ints, place: int, state: Ints, tally: Ints, out: Events) -> None:
-    """Rows of x, y, p, t."""
-    for i in range(columns.shape[0]):
-        x, y, p, t = columns[i]
-        judge(state, tally, out, x, y, p, t, place + i)
+def validate_rows(rows: Ints, place: int, state: Ints, tally: Ints, out: Events) -> None:
+    """Validate the events of a table.
+
+    Parameters
+    ----------
+    rows : ndarray of int64, shape (n, 4)
+        x, y, p, t of each event.
+    place : int
+        Line of the first row, or number of its event.
+    state, tally, out : ndarray
+        See `validate_event`.
+    """
+    for i in range(rows.shape[0]):
+        x, y, p, t = rows[i]
+        validate_event(state, tally, out, x, y, p, t, place + i)
 
 
 def new_state(width: int, height: int, t0_us: int = 0, lenient: bool = False) -> Ints:
-    """What a reader knows before the first word."""
+    """Make the state of a reader that has not read anything yet.
+
+    Parameters
+    ----------
+    width, height : int
+        Sensor size [px].
+    t0_us : int
+        Time to add to every event [us].
+    lenient : bool
+        Whether damaged time words are mended or dropped.
+
+    Returns
+    -------
+    ndarray of int64, shape (15,)
+    """
     state: Ints = np.zeros(15, np.int64)
     state[LAST] = np.iinfo(np.int64).min
     state[[HIGH, AT_X, AT_Y]] = -1
@@ -100,12 +153,12 @@ def new_state(width: int, height: int, t0_us: int = 0, lenient: bool = False) ->
 
 
 def new_tally() -> Ints:
-    """A tally without an offence."""
+    """Return a tally without any offence: zeros of int64, shape (14, 4)."""
     return np.zeros((len(_DROPPED), 4), np.int64)
 
 
-def dropped(tally: Ints) -> dict[str, int]:
-    """A tally in, what was dropped out: cause -> count, without the causes that never came."""
+def dropped_counts(tally: Ints) -> dict[str, int]:
+    """Return what was dropped as counts by cause; causes that did not occur are left out."""
     counts: dict[str, int] = {}
     for rule, cause in _DROPPED.items():
         if tally[rule, COUNT]:
@@ -113,13 +166,22 @@ def dropped(tally: Ints) -> dict[str, int]:
     return counts
 
 
-def complain(path: Path, state: Ints, tally: Ints, place_is: str) -> None:
-    """Raise the offence that comes first in the file, if there is one.
+def raise_first_offence(path: Path, state: Ints, tally: Ints, place_unit: str) -> None:
+    """Raise an error for the offence that comes first in the file; do nothing if there is none.
+
+    Parameters
+    ----------
+    path : Path
+        The file that was read.
+    state, tally : ndarray
+        See `validate_event`.
+    place_unit : str
+        What a place counts: "byte" or "line"; empty where places are not known.
 
     Raises
     ------
     RecordingError
-        With the count of offenders so far and the place of the first.
+        With the number of offences against the rule so far and the place of the first.
     """
     rules = [rule for rule in range(len(tally)) if tally[rule, COUNT]]
     if not rules:
@@ -129,11 +191,11 @@ def complain(path: Path, state: Ints, tally: Ints, place_is: str) -> None:
     n, (width, height) = int(state[EVENTS]), (int(state[WIDTH]), int(state[HEIGHT]))
     if rule in (CUT, VECTOR):
         what = "inside a vector of events" if rule == VECTOR else f"{count} of the bytes of an event"
-        raise RecordingError(f"{path}: cut short at byte {place:,}: {what}; copy it again, {LENIENTLY}")
-    where = f" at {place_is} {place:,}" if place_is else ""
+        raise RecordingError(f"{path}: cut short at byte {place:,}: {what}; copy it again, {LENIENT_HINT}")
+    where = f" at {place_unit} {place:,}" if place_unit else ""
     if rule in _BAD_WORDS:
         first = f"the first is{where} ({value:#x}, after {event:,} events)"
-        raise RecordingError(f"{path}: {count:,} {_BAD_WORDS[rule]}; {first}; copy it again, {LENIENTLY}")
+        raise RecordingError(f"{path}: {count:,} {_BAD_WORDS[rule]}; {first}; copy it again, {LENIENT_HINT}")
     size = "check width and height, or export the file again"
     what, found, way_out = {
         UNTIMED: ("no time word before them", f"word {value:#x}", "export the file again"),
@@ -144,4 +206,4 @@ def complain(path: Path, state: Ints, tally: Ints, place_is: str) -> None:
         BACKWARDS: ("a time before the event ahead of it", f"{value:,} us back", "sort the events by time"),
     }[rule]
     message = f"{count:,} of {n:,} events have {what}; the first is number {event:,}{where} ({found}); {way_out}"
-    raise RecordingError(f"{path}: {message}, {LENIENTLY}")
+    raise RecordingError(f"{path}: {message}, {LENIENT_HINT}")

@@ -1,7 +1,7 @@
-"""Events into a file of any of the formats   chunks of events -> .raw (EVT3), .aedat4, .dat, .csv, .h5 or .npz
+"""Write event files: .raw (EVT3), .aedat4, .dat, .csv, .h5 or .npz.
 
-The name's ending chooses the format. The file appears whole or not at all, and no more
-than one chunk is held (npz excepted, which numpy writes at once).
+The ending of the name chooses the format. The file appears complete or not at all. No more than one chunk of events
+is held in memory, except for npz, which numpy writes at once.
 """
 
 from __future__ import annotations
@@ -16,19 +16,18 @@ import numpy as np
 
 from bicode_lab.events import Events, check_events, join
 from bicode_lab.recordings.evt3_write import FIRST_TIME_US, MAX_SIDE_PX, write_evt3
-from bicode_lab.recordings.file import whole_file
-from bicode_lab.recordings.formats import RecordingError
+from bicode_lab.recordings.formats import RecordingError, whole_file
 from bicode_lab.recordings.hdf5 import write_hdf5
 from bicode_lab.recordings.npz import write_npz
 
 WRITABLE = (".npz", ".raw", ".aedat4", ".dat", ".csv", ".h5")
-"""The endings `write_recording` knows."""
+"""The name endings that `write_recording` accepts."""
 
 _MAX_SIDES_PX = {".raw": MAX_SIDE_PX, ".dat": 1 << 14}
 
 
 def write_recording(path: str | os.PathLike[str], events: Events | Iterable[Events], width: int, height: int) -> int:
-    """A path and events in; a file of the format that the path's ending names out.
+    """Write events to a file, in the format that the ending of its name tells.
 
     Parameters
     ----------
@@ -37,23 +36,22 @@ def write_recording(path: str | os.PathLike[str], events: Events | Iterable[Even
     events : ndarray of EVENT_DTYPE, or an iterable of such
         All events, or chunks of them in the order of time.
     width, height : int
-        Sensor size [px]; .raw holds at most 2048 a side.
+        Sensor size [px]; for .raw at most 2048 in each direction.
 
     Returns
     -------
     int
-        Time taken off every event in the file [us]; 0 where the file has the events' own clock.
-        RAW and DAT have short clocks that begin at 0. A recording whose first event comes
-        later than 16.78 s (24 bits) is written from 0 there, and its header has the line
-        `t0`, by which `open_recording` and faery give the events' own times back; the
-        vendor's tools count from 0.
+        Time subtracted from every event in the file [us]; 0 where the file keeps the times of the events.
+        RAW and DAT have short clocks that begin at 0. If the first event comes later than 16.78 s (24 bits), such
+        a file begins at 0 and its header has a line ``t0``. From it `open_recording` and faery restore the times
+        of the events; the vendor's tools count from 0.
 
     Raises
     ------
     ValueError
-        Events that break a rule (see `events.check_events`).
+        If an event breaks a rule (see `events.check_events`), or a chunk begins before the previous one ends.
     RecordingError
-        Another ending, a sensor too large for the format, or a folder that cannot be written to.
+        If the ending is unknown, the sensor is too large for the format, or the folder cannot be written to.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -84,7 +82,7 @@ def write_recording(path: str | os.PathLike[str], events: Events | Iterable[Even
 
 
 def _checked(chunks: Iterable[Events], width: int, height: int) -> Iterator[Events]:
-    """Chunks in, those that hold events out, each judged, and none before the one ahead of it."""
+    """Yield the chunks that hold events, after checking their events and their order."""
     last_us = None
     for chunk in chunks:
         check_events(chunk, width, height)
@@ -99,7 +97,7 @@ def _checked(chunks: Iterable[Events], width: int, height: int) -> Iterator[Even
 
 
 def _write_with_faery(path: Path, suffix: str, chunks: Iterator[Events], size_px: tuple[int, int], zero: bool) -> None:
-    """AEDAT4, DAT and CSV."""
+    """Write an AEDAT4, DAT or CSV file; `zero` makes its times begin at 0."""
     kind = {".aedat4": "aedat", ".dat": "dat", ".csv": "csv"}[suffix]
     faery.file_encoder.events_to_file(
         map(_as_faery, chunks), path, size_px, file_type=kind, zero_t0=zero, use_write_suffix=False
@@ -107,7 +105,7 @@ def _write_with_faery(path: Path, suffix: str, chunks: Iterator[Events], size_px
 
 
 def _as_faery(events: Events) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-    """Our events in, faery's out."""
+    """Return events in faery's layout."""
     theirs = np.empty(events.size, faery.EVENTS_DTYPE)
     for name, ours in (("t", "t"), ("x", "x"), ("y", "y"), ("on", "p")):
         theirs[name] = events[ours]
@@ -115,6 +113,6 @@ def _as_faery(events: Events) -> np.ndarray[tuple[int], np.dtype[np.void]]:
 
 
 def _listed(words: Iterable[str]) -> str:
-    """Words in, 'a, b or c' out."""
+    """Return words as 'a, b or c'."""
     *most, last = words
     return f"{', '.join(most)} or {last}"

@@ -235,7 +235,7 @@ def test_the_size_must_agree_with_the_file(tmp_path, some_events):
         open_recording(tmp_path / "a.npz", width=64, height=48)
     with pytest.raises(ValueError, match="width=64 and height=None: one is missing; give both or neither"):
         open_recording(tmp_path / "a.npz", width=64)
-    with pytest.raises(ValueError, match="chunk_us=0 is no time; choose 1 us or more"):
+    with pytest.raises(ValueError, match="chunk_us=0 is shorter than 1 us; choose 1 or more"):
         open_recording(tmp_path / "a.npz", chunk_us=0)
 
 
