@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from bicode_studies.plots.frames import FOUND, draw_box, draw_frame
+from bicode_studies.plots.frames import draw_box, draw_frame
 from bicode_studies.plots.signals import LED, draw_events, draw_on_off
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def draw_why(why: Why, figure: Figure) -> dict[str, Axes]:
     axes = figure.subplot_mosaic(layout, width_ratios=(1.1, 2), height_ratios=(1, 1, 1.15))
     draw_frame(why.frame, axes["frame"], zoom=why.view)
     if why.box:
-        draw_box(why.box, axes["frame"], color=FOUND)
+        draw_box(why.box, axes["frame"])
     axes["frame"].set_title("all events of the period, the last of each pixel", fontsize=10)
     draw_events(why.events["t"], why.events["x"], why.events["p"], axes["events"]).set_title(
         "events in the region" if why.box else "events: there is no region", fontsize=10

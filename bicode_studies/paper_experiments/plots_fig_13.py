@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
-from bicode_studies.plots.frames import Box, draw_frame
+from bicode_studies.plots.frames import BoxLike, draw_frame
 
 BAR = "#FFFFFF"
 
 
 def draw_panel(
-    frame: npt.NDArray[np.int8], box_px: Box, ax: Axes, *, size_px: tuple[float, float], title: str = ""
+    frame: npt.NDArray[np.int8], box_px: BoxLike, ax: Axes, *, size_px: tuple[float, float], title: str = ""
 ) -> Axes:
     """A 3-valued frame and the marker's box in; the part of `size_px` around the marker's middle, as Fig. 13 shows it.
 
@@ -41,7 +41,7 @@ def draw_panel(
 
 def draw_panels(
     frames: Sequence[npt.NDArray[np.int8]],
-    boxes_px: Sequence[Box],
+    boxes_px: Sequence[BoxLike],
     titles: Sequence[str],
     axes: Sequence[Axes],
     *,

@@ -1,6 +1,7 @@
-"""Draw what they are given: arrays, tables and an `ax` in, the `ax` out; nothing is shown, nothing is judged.
+"""Drawings that several chapters share.
 
-frames (Fig. 1, 3, 4, 13)   signals (Fig. 5, 6)   accuracy (Fig. 8 to 12, 14)
+Each function takes data and an ``ax``, draws into it and returns it; none of them computes results or shows a window.
+``frames`` draws Fig. 1, 3, 4 and 13, ``signals`` Fig. 5 and 6, ``accuracy`` Fig. 8 to 12 and 14.
 """
 
 from bicode_studies.plots.accuracy import (
@@ -10,6 +11,7 @@ from bicode_studies.plots.accuracy import (
     draw_paper_accuracy,
     draw_stated,
     set_distance_axis,
+    set_width_axis,
 )
 from bicode_studies.plots.frames import (
     BACKGROUND,
@@ -59,4 +61,5 @@ __all__ = [
     "draw_stated",
     "packet_spans",
     "set_distance_axis",
+    "set_width_axis",
 ]

@@ -1,7 +1,7 @@
-"""Event frames in the colours of the camera maker's own viewer, and what was found in them.
+"""Draw event frames in the colours of the camera maker's viewer, and what the receiver found in them.
 
-Frames have shape (height, width); pixel centres lie on whole numbers, y runs down.
-Boxes are (x, y, w, h) from their top left pixel: box (5, 6, 1, 1) holds pixel (5, 6).
+Frames have the shape (height, width). Pixel centres lie on whole numbers and y runs down.
+A box (x, y, w, h) begins at its top left pixel: box (5, 6, 1, 1) holds the pixel (5, 6).
 """
 
 from __future__ import annotations
@@ -21,46 +21,58 @@ from matplotlib.patheffects import Normal, Stroke
 BACKGROUND = "#1E2534"
 ON = "#FFFFFF"
 OFF = "#407EC9"
-FOUND = "#E69F00"  # boxes and corners: Okabe-Ito orange, seen on the dark and in grey
+FOUND = "#E69F00"  # for boxes and corners: Okabe-Ito orange, visible on dark frames and in grey print
 
-Box = Sequence[float]
-"""Left, top, width, height [px]."""
+BoxLike = Sequence[float]
+"""A box as (x, y, w, h) [px]; fractions are allowed."""
 
 _THREE = ListedColormap([OFF, BACKGROUND, ON], name="three_values")
 _GRADED = LinearSegmentedColormap.from_list("graded", [BACKGROUND, OFF, ON])
 
 
-def draw_frame(frame: npt.NDArray[Any], ax: Axes, *, zoom: Box | None = None) -> Axes:
-    """A 3-valued frame in; +1 white, -1 blue, 0 dark, as in Fig. 3.
+def draw_frame(frame: npt.NDArray[Any], ax: Axes, *, zoom: BoxLike | None = None) -> Axes:
+    """Draw a 3-valued frame: +1 white, -1 blue, 0 dark, as in Fig. 3.
 
     Parameters
     ----------
     frame : ndarray, shape (height, width)
-        -1, 0, +1.
+        Values -1, 0 and +1.
     ax : Axes
+        Where to draw.
     zoom : (x, y, w, h), optional
         The part to show [px]; None shows all.
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     _show(frame, ax, zoom, _THREE, -1.0, 1.0)
     return ax
 
 
 def draw_counts(
-    counts: npt.NDArray[Any], ax: Axes, *, zoom: Box | None = None, largest: float | None = None, bar: bool = True
+    counts: npt.NDArray[Any], ax: Axes, *, zoom: BoxLike | None = None, largest: float | None = None, bar: bool = True
 ) -> Axes:
-    """A graded frame in, from dark (0 events) over blue to white (many).
+    """Draw the number of events per pixel: dark for 0, then blue, white for the largest.
 
     Parameters
     ----------
     counts : ndarray, shape (height, width)
         Events of each pixel, 0 or more.
     ax : Axes
+        Where to draw.
     zoom : (x, y, w, h), optional
         The part to show [px]; None shows all.
     largest : float, optional
-        Count that is drawn white; None takes the largest there is.
+        The count that is drawn white; None takes the largest of the frame.
     bar : bool
-        Whether to put a colour bar beside it.
+        Whether to draw a colour bar.
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     top = largest if largest is not None else max(float(counts.max(initial=1)), 1.0)
     image = _show(counts, ax, zoom, _GRADED, 0.0, top)
@@ -74,21 +86,27 @@ def draw_counts(
 def draw_inset(
     frame: npt.NDArray[Any],
     ax: Axes,
-    zoom: Box,
+    zoom: BoxLike,
     *,
     bounds: tuple[float, float, float, float] = (0.62, 0.55, 0.36, 0.42),
 ) -> Axes:
-    """A 3-valued frame and a part of it in; that part, enlarged, in a corner of `ax`, and the new axes out.
+    """Draw a part of a 3-valued frame, enlarged, in a corner of the axes that show the frame.
 
     Parameters
     ----------
     frame : ndarray, shape (height, width)
+        Values -1, 0 and +1.
     ax : Axes
-        Holds the whole frame already.
+        The axes that show the whole frame.
     zoom : (x, y, w, h)
         The part to enlarge [px].
     bounds : (left, bottom, width, height)
-        Where in `ax`, as fractions of it.
+        Place of the enlarged part, as fractions of `ax`.
+
+    Returns
+    -------
+    Axes
+        The new axes, which hold the enlarged part.
     """
     inset = ax.inset_axes(bounds)
     draw_frame(frame, inset, zoom=zoom)
@@ -100,38 +118,81 @@ def draw_inset(
     return inset
 
 
-def draw_box(box: Box, ax: Axes, *, label: str = "", color: str = FOUND, dashed: bool = False) -> Axes:
-    """A box (x, y, w, h) [px] and its label in; both drawn around the pixels it holds."""
+def draw_box(box: BoxLike, ax: Axes, *, label: str = "") -> Axes:
+    """Draw a box around the pixels it holds, with a label above it.
+
+    Parameters
+    ----------
+    box : (x, y, w, h)
+        The box [px].
+    ax : Axes
+        Where to draw.
+    label : str
+        The label; none if empty.
+
+    Returns
+    -------
+    Axes
+        The axes.
+    """
     x, y, w, h = box
-    style = "--" if dashed else "-"
-    ax.add_patch(Rectangle((x - 0.5, y - 0.5), w, h, fill=False, edgecolor=color, linewidth=1.5, linestyle=style))
+    ax.add_patch(Rectangle((x - 0.5, y - 0.5), w, h, fill=False, edgecolor=FOUND, linewidth=1.5))
     if label:
         ax.annotate(
-            label, (x - 0.5, y - 0.5), xytext=(0, 3), textcoords="offset points", color=color, fontsize=9,
+            label, (x - 0.5, y - 0.5), xytext=(0, 3), textcoords="offset points", color=FOUND, fontsize=9,
             fontweight="bold", va="bottom", bbox={"facecolor": BACKGROUND, "edgecolor": "none", "pad": 1, "alpha": 0.8},
         )  # fmt: skip
     return ax
 
 
-def draw_boxes(
-    boxes: Sequence[Box], ax: Axes, *, labels: Sequence[str] = (), color: str = FOUND, dashed: bool = False
-) -> Axes:
-    """Boxes of regions or tracks in, with a label each or none at all; see `draw_box`.
+def draw_boxes(boxes: Sequence[BoxLike], ax: Axes, *, labels: Sequence[str] = ()) -> Axes:
+    """Draw the boxes of regions or tracks, each with its label or all without; see `draw_box`.
+
+    Parameters
+    ----------
+    boxes : sequence of (x, y, w, h)
+        The boxes [px].
+    ax : Axes
+        Where to draw.
+    labels : sequence of str
+        One label per box, or none at all.
+
+    Returns
+    -------
+    Axes
+        The axes.
 
     Raises
     ------
     ValueError
-        Where there are labels, but not one a box.
+        If there are labels, but not one per box.
     """
     if labels and len(labels) != len(boxes):
-        raise ValueError(f"{len(labels)} labels for {len(boxes)} boxes; give one a box, or none")
+        raise ValueError(f"{len(labels)} labels for {len(boxes)} boxes; give one per box, or none")
     for number, box in enumerate(boxes):
-        draw_box(box, ax, label=labels[number] if labels else "", color=color, dashed=dashed)
+        draw_box(box, ax, label=labels[number] if labels else "")
     return ax
 
 
 def draw_corners(corners_px: npt.ArrayLike, ax: Axes, *, color: str = FOUND, dashed: bool = False) -> Axes:
-    """Four corners in, shape (4, 2) [px]; their outline, and a dot on the first, the pattern's own top left."""
+    """Draw the outline of four corners, and a dot on the first one, the pattern's own top left corner.
+
+    Parameters
+    ----------
+    corners_px : array_like, shape (4, 2)
+        The corners (x, y) [px].
+    ax : Axes
+        Where to draw.
+    color : str
+        Colour of outline and dot.
+    dashed : bool
+        Whether the outline is dashed.
+
+    Returns
+    -------
+    Axes
+        The axes.
+    """
     corners = np.asarray(corners_px, float)
     style = "--" if dashed else "-"
     ax.add_patch(Polygon(corners, closed=True, fill=False, edgecolor=color, linewidth=1.5, linestyle=style))
@@ -142,17 +203,23 @@ def draw_corners(corners_px: npt.ArrayLike, ax: Axes, *, color: str = FOUND, das
 def draw_pose(
     rvec: npt.ArrayLike, tvec: npt.ArrayLike, matrix: npt.ArrayLike, ax: Axes, *, length_m: float = 0.025
 ) -> Axes:
-    """A marker's pose in; its three axes where the camera sees them: x red, y green, z blue, named at their tips.
+    """Draw the three axes of a marker's pose where the camera sees them: x red, y green, z blue.
 
     Parameters
     ----------
     rvec, tvec : array_like, shape (3,)
-        Rotation vector [rad] and place [m], marker to camera.
+        Rotation vector [rad] and translation [m] from the marker's frame to the camera's.
     matrix : array_like, shape (3, 3)
-        The camera's matrix K [px].
+        The camera matrix K [px].
     ax : Axes
+        Where to draw.
     length_m : float
-        Length of the axes drawn [m].
+        Length of the drawn axes [m].
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     points = np.vstack([np.zeros(3), np.eye(3)]) * length_m
     place = [np.asarray(v, float).reshape(3, 1) for v in (rvec, tvec)]
@@ -168,9 +235,9 @@ def draw_pose(
 
 
 def _show(
-    frame: npt.NDArray[Any], ax: Axes, zoom: Box | None, colors: Colormap, lowest: float, highest: float
+    frame: npt.NDArray[Any], ax: Axes, zoom: BoxLike | None, colors: Colormap, lowest: float, highest: float
 ) -> AxesImage:
-    """The part of a frame that is asked for as a picture, axes named, no grid over it."""
+    """Draw the selected part of a frame as an image, with labelled axes and without a grid."""
     height, width = frame.shape
     x, y, w, h = (0, 0, width, height) if zoom is None else zoom
     left, top = max(int(np.floor(x)), 0), max(int(np.floor(y)), 0)

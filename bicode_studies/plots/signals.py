@@ -1,6 +1,6 @@
-"""Fig. 5 and 6: what is sent and what is seen, over time.
+"""Draw what is sent and what is seen over time, as in Fig. 5 and 6.
 
-Times come in microseconds, as everywhere, and are drawn in milliseconds, as in the paper.
+Times are given in microseconds, as everywhere, and drawn in milliseconds, as in the paper.
 """
 
 from __future__ import annotations
@@ -19,15 +19,21 @@ from bicode_studies.plots.frames import BACKGROUND, OFF, ON
 
 LED = "#C8102E"  # the paper draws the LED's bits in red
 Span = tuple[float, float, str]
-"""From [us], to [us], what to write there."""
+"""Begin [us], end [us] and the text to write between them."""
 
 PART_COLORS = {"start": "#D9D9D9", "payload": "#BBD9EE", "checksum": "#F6DDA8"}
-NAME_WIDTH = 0.011  # of the axes, for each letter of a part's name; narrower spans stay without it
+NAME_WIDTH = 0.011  # share of the axes that a letter needs; a part that is too narrow for its name stays without it
 
 
 @dataclass(frozen=True)
 class PacketSpans:
-    """Where the parts, the bits and the chips of a packet lie in time, each a list of (from, to, text) [us]."""
+    """The times of the parts, the bits and the chips of a packet.
+
+    Parameters
+    ----------
+    parts, bits, chips : list of (float, float, str)
+        Begin [us], end [us] and text of each: the part's name, or 0 or 1.
+    """
 
     parts: list[Span]
     bits: list[Span]
@@ -37,16 +43,23 @@ class PacketSpans:
 def packet_spans(
     payload: int, packet_format: PacketFormat, start_us: float = 0.0, chip_us: float | None = None
 ) -> PacketSpans:
-    """A payload and the moment its packet begins in; where to write its parts, bits and chips out.
+    """Return when the parts, bits and chips of a payload's packet begin and end.
 
     Parameters
     ----------
     payload : int
+        The ID that is sent.
     packet_format : PacketFormat
+        Its packet format.
     start_us : float
-        First moment of the packet's start [us].
+        When the packet begins [us].
     chip_us : float, optional
-        Length of a chip [us], where the transmitter's clock is off; None takes the format's.
+        Length of a chip of a transmitter with a clock error [us]; None takes that of the format.
+
+    Returns
+    -------
+    PacketSpans
+        Times and texts.
 
     Examples
     --------
@@ -68,64 +81,82 @@ def packet_spans(
     return PacketSpans(parts, bits, chips)
 
 
-def draw_led(
-    times_us: npt.ArrayLike, levels: npt.ArrayLike, ax: Axes, *, end_us: float, label: str = "LED", color: str = LED
-) -> Axes:
-    """The moments at which the light changes and its level from then on in (`LedWaveform.steps`), the waveform out.
+def draw_led(times_us: npt.ArrayLike, levels: npt.ArrayLike, ax: Axes, *, end_us: float, label: str = "LED") -> Axes:
+    """Draw the waveform of an LED (`LedWaveform.steps`).
 
     Parameters
     ----------
     times_us, levels : array_like, shape (n,)
-        Moments [us] and levels, 0 dark .. 1 full.
+        When the light changes [us] and its level from then on, 0 dark .. 1 full.
     ax : Axes
+        Where to draw.
     end_us : float
-        Until when the last level lasts [us].
+        When the last level ends [us].
+    label : str
+        Name for the legend.
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     times = np.append(np.asarray(times_us, float), end_us)
     values = np.asarray(levels, float)
-    ax.step(times / 1e3, np.append(values, values[-1]), where="post", color=color, label=label)
+    ax.step(times / 1e3, np.append(values, values[-1]), where="post", color=LED, label=label)
     ax.set(xlabel="time (ms)", ylabel="LED", ylim=(-0.15, 1.15), yticks=[0, 1], yticklabels=["off", "on"])
     return ax
 
 
-def draw_pixel_events(t_us: npt.ArrayLike, p: npt.ArrayLike, ax: Axes, *, label: str = "") -> Axes:
-    """The events of one pixel in; a stroke each over time, ON upwards and OFF downwards.
+def draw_pixel_events(t_us: npt.ArrayLike, p: npt.ArrayLike, ax: Axes) -> Axes:
+    """Draw the events of one pixel as strokes over time, ON upwards and OFF downwards.
 
     Parameters
     ----------
     t_us : array_like, shape (n,)
         Times [us].
     p : array_like, shape (n,)
-        Polarities, 0 OFF, 1 ON.
+        Polarities: 0 OFF, 1 ON.
+    ax : Axes
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     t_ms, on = np.asarray(t_us, float) / 1e3, np.asarray(p) > 0
-    ax.vlines(t_ms[on], 0, 1, colors="black", linewidth=1.4, label=f"ON {label}".strip())
-    ax.vlines(t_ms[~on], -1, 0, colors=OFF, linewidth=1.4, label=f"OFF {label}".strip())
+    ax.vlines(t_ms[on], 0, 1, colors="black", linewidth=1.4, label="ON")
+    ax.vlines(t_ms[~on], -1, 0, colors=OFF, linewidth=1.4, label="OFF")
     ax.axhline(0, color="#555555", linewidth=0.8)
     ax.set(xlabel="time (ms)", ylabel="polarity", ylim=(-1.25, 1.25), yticks=[-1, 1], yticklabels=["OFF", "ON"])
     return ax
 
 
-def draw_events(t_us: npt.ArrayLike, place_px: npt.ArrayLike, p: npt.ArrayLike, ax: Axes, *, name: str = "x") -> Axes:
-    """Many events in; a dot each, time to the right and one image coordinate upwards, in the frames' colours.
+def draw_events(t_us: npt.ArrayLike, x_px: npt.ArrayLike, p: npt.ArrayLike, ax: Axes) -> Axes:
+    """Draw events as dots, column over time, in the colours of the frames.
 
     Parameters
     ----------
     t_us : array_like, shape (n,)
         Times [us].
-    place_px : array_like, shape (n,)
-        Column or row [px].
+    x_px : array_like, shape (n,)
+        Columns [px].
     p : array_like, shape (n,)
-        Polarities, 0 OFF, 1 ON.
-    name : str
-        Which coordinate it is, for the axis.
+        Polarities: 0 OFF, 1 ON.
+    ax : Axes
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
-    t_ms, place, on = np.asarray(t_us, float) / 1e3, np.asarray(place_px), np.asarray(p) > 0
+    t_ms, x, on = np.asarray(t_us, float) / 1e3, np.asarray(x_px), np.asarray(p) > 0
     for chosen, color, label in ((~on, OFF, "OFF"), (on, ON, "ON")):
-        ax.plot(t_ms[chosen], place[chosen], ".", color=color, markersize=2, label=label, rasterized=True)
+        ax.plot(t_ms[chosen], x[chosen], ".", color=color, markersize=2, label=label, rasterized=True)
     ax.set_facecolor(BACKGROUND)
     ax.grid(visible=False)
-    ax.set(xlabel="time (ms)", ylabel=f"{name} (px)")
+    ax.set(xlabel="time (ms)", ylabel="x (px)")
     return ax
 
 
@@ -133,17 +164,23 @@ def draw_on_off(
     n_on: npt.ArrayLike, n_off: npt.ArrayLike, ax: Axes, *, start_us: float = 0.0, delta_t_us: float = 250.0,
     unit: str = "pixels",
 ) -> Axes:  # fmt: skip
-    """ON and OFF counts of every bin in; ON solid black, OFF dashed grey, each at its bin's middle.
+    """Draw the ON and OFF counts of each bin at its middle: ON solid black, OFF dashed grey.
 
     Parameters
     ----------
     n_on, n_off : array_like, shape (n,)
         Counts of each bin.
     ax : Axes
+        Where to draw.
     start_us, delta_t_us : float
         Start of the first bin and length of a bin [us].
     unit : str
-        What was counted: pixels or events.
+        What was counted: "pixels" or "events".
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     on, off = np.asarray(n_on), np.asarray(n_off)
     middles = (start_us + (np.arange(on.size) + 0.5) * delta_t_us) / 1e3
@@ -166,23 +203,29 @@ def draw_decoding(
     packets: Sequence[PacketSpans] = (),
     unit: str = "pixels",
 ) -> Axes:
-    """Counts, the light that was sent and the bits that were read in; the paper's Fig. 6 out.
+    """Draw the counts, the light that was sent and the bits that were read, as the paper's Fig. 6 does.
 
-    LED bits red, ON total solid black, OFF total dashed grey, the Manchester code's bits on top.
+    The LED is red, the ON counts are solid black, the OFF counts dashed grey, and the bits stand above them.
 
     Parameters
     ----------
     n_on, n_off : array_like, shape (n,)
-        Counts of each delta_t_ID bin.
+        Counts of each bin of delta_t_ID.
     ax : Axes
+        Where to draw.
     start_us, delta_t_id_us : float
         Start of the first bin and length of a bin [us].
     led_times_us, led_levels : array_like, shape (m,)
-        From `LedWaveform.steps`; may be empty, as for a recording whose light nobody wrote down.
+        The light, see `LedWaveform.steps`; empty if it is not known, as for a real recording.
     packets : sequence of PacketSpans
-        What to write on top; see `packet_spans`.
+        The packets to write above the counts; see `packet_spans`.
     unit : str
-        What was counted: pixels or events.
+        What was counted: "pixels" or "events".
+
+    Returns
+    -------
+    Axes
+        The axes.
     """
     on, off = np.asarray(n_on), np.asarray(n_off)
     end_us = start_us + on.size * delta_t_id_us
@@ -205,7 +248,20 @@ def draw_decoding(
 
 
 def draw_packet(spans: PacketSpans, ax: Axes) -> Axes:
-    """The parts, bits and chips of one packet in; the paper's Fig. 5 out: named blocks over the bits over the light."""
+    """Draw one packet as the paper's Fig. 5 does: its parts above its bits above the light.
+
+    Parameters
+    ----------
+    spans : PacketSpans
+        The packet, see `packet_spans`.
+    ax : Axes
+        Where to draw.
+
+    Returns
+    -------
+    Axes
+        The axes.
+    """
     for begin, end, name in spans.parts:
         width = (end - begin) / 1e3
         ax.add_patch(Rectangle((begin / 1e3, 2.6), width, 0.9, facecolor=PART_COLORS[name], edgecolor="black"))
@@ -226,7 +282,7 @@ def draw_packet(spans: PacketSpans, ax: Axes) -> Axes:
 
 
 def _write_code(spans: PacketSpans, ax: Axes, start_us: float, end_us: float) -> None:
-    """The bits on top of Fig. 6, with lines between them, and above them the names of the parts."""
+    """Write the bits above the counts of Fig. 6, with lines between them, and above them the names of the parts."""
     top = ax.get_ylim()[1]
     for begin, end, text in spans.bits:
         if start_us <= begin and end <= end_us:

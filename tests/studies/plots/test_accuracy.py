@@ -1,12 +1,11 @@
-"""Fig. 8 and its kin: the curves hold the data given, and grey print tells them apart."""
+"""Curves over distance hold the data they are given and can be told apart in grey print."""
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from bicode_studies.plots import draw_accuracy, draw_levels, draw_paper_accuracy, draw_stated
-from bicode_studies.plots.accuracy import set_width_axis
+from bicode_studies.plots import draw_accuracy, draw_levels, draw_paper_accuracy, draw_stated, set_width_axis
 
 
 @pytest.fixture

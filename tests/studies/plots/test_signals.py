@@ -1,4 +1,4 @@
-"""Fig. 5 and 6: the lines hold the data given, the words say what was sent."""
+"""The lines of Fig. 5 and 6 hold the data they are given, and the texts say what was sent."""
 
 import numpy as np
 import pytest
