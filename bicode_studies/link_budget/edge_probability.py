@@ -1,9 +1,9 @@
-"""How surely does a pixel answer an edge of the LED?   scene -> odds of every pixel, ON and OFF
+"""Probability that each pixel fires at an edge of the LED: the first step of the link budget.
 
-The light path and the pixels are those of `camera`: the plate's blurred image on a patch of pixels,
-and the closed form of `camera.sensor` run over some packets. How often each pixel fires within a chip
-of an edge are its odds. Each draw has its own thresholds of the pixels and its own place of the marker
-within a pixel: both stay for a whole recording, and a far marker's fate hangs on them.
+The light path and the pixels are those of `camera`: the plate's blurred image on a patch of pixels, and the closed form
+of `camera.pixels`, run over some packets. The share of edges at which a pixel fires within a chip is its probability.
+Each draw has its own pixel thresholds and its own place of the marker within a pixel. Both are fixed for a whole
+recording and decide whether a distant marker is detected.
 """
 
 from __future__ import annotations
@@ -25,54 +25,59 @@ Numbers = npt.NDArray[np.int64]
 
 MOST_DRAWS = 48
 MOST_PACKETS = 12
-MOST_PIXELS = 4000  # near the camera more are lit; those left out answer as the one nearest in contrast
-WORK = 150_000  # draws times packets times pixels that are followed: a fraction of a second
-ENOUGH = 12_000  # packets times pixels in one draw
+MOST_PIXELS = 4000  # near the camera more are lit; the others get the probability of the one nearest in contrast
+MOST_WORK = 150_000  # draws times packets times simulated pixels: a fraction of a second
+WORK_PER_DRAW = 12_000  # packets times simulated pixels in one draw
 PLACES = [((2 * k + 1) / 16 - 0.5, (2 * (3 * k % 8) + 1) / 16 - 0.5) for k in range(8)]  # within a pixel [px]
 WARM_UP_PACKETS = 1
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeOdds:
-    """What a scene's marker does to the pixels that it lights, for several draws of thresholds and place.
+class EdgeProbability:
+    """How probably each pixel fires at an edge of the LED, for several draws of thresholds and place.
 
-    Parameters
+    Attributes
     ----------
-    odds : ndarray, shape (draws, 2, bins, rows, columns)
-        Probability that a pixel fires in a bin of delta_t_ID behind an edge, 0 .. 1; of axis 1, 0 is OFF, 1 is ON.
-        Edges stand anywhere in their first bin, at another place in each draw.
+    by_bin : ndarray, shape (draws, 2, bins, rows, columns)
+        Probability that a pixel fires in a bin of delta_t_ID after an edge, 0 .. 1; on axis 1, 0 is OFF and 1 is ON.
+        The edge lies anywhere in the first bin, at another place in each draw.
     contrast : float
         Highest log of lit over dark signal of any pixel.
     events : tuple of 2 floats
-        Mean events an OFF and an ON edge make, over all pixels.
+        Mean number of events of an OFF and of an ON edge, all pixels together.
     """
 
-    odds: Floats
+    by_bin: Floats
     contrast: float
     events: tuple[float, float]
 
     @property
-    def fires(self) -> Floats:
-        """Probability that a pixel fires within a chip of an edge, shape (draws, 2, rows, columns)."""
-        return np.asarray(1 - (1 - self.odds).prod(axis=2))
+    def by_edge(self) -> Floats:
+        """Probability that a pixel fires within a chip of an edge, 0 .. 1, shape (draws, 2, rows, columns)."""
+        return np.asarray(1 - (1 - self.by_bin).prod(axis=2))
 
 
-def edge_odds(scene: Scene, delta_t_id_us: int, seed: int) -> EdgeOdds:
-    """A scene's first marker, as it is at the start, and a bin's length in; its pixels' odds at every edge out.
+def edge_probability(scene: Scene, delta_t_id_us: int, seed: int) -> EdgeProbability:
+    """Simulate how probably the pixels that a scene's first marker lights fire at an edge of its LED.
 
     Parameters
     ----------
     scene : Scene
-        Its wall, lamps and readout count for nothing here; the marker is moved by up to half a pixel.
+        Its first marker stands as it does at the start and is moved by up to half a pixel. Wall, lamps and readout
+        are left out.
     delta_t_id_us : int
-        Bin of the receiver [us].
+        Length of a bin of the receiver [us].
     seed : int
-        For thresholds, noise and the place of edges within a bin.
+        Seed of thresholds, noise and the place of edges within a bin.
+
+    Returns
+    -------
+    EdgeProbability
 
     Raises
     ------
     ValueError
-        Where the marker is not in view.
+        If the marker is not in view.
     """
     marker = replace(scene.markers[0].marker, rise_time_us=0.0)
     patch, shape = _lit_patch(scene)
@@ -80,35 +85,35 @@ def edge_odds(scene: Scene, delta_t_id_us: int, seed: int) -> EdgeOdds:
     bins = int(np.ceil(marker.waveform.chip_us / delta_t_id_us)) + 1
     chosen = np.flatnonzero(contrast.max(0) > _least_contrast(scene.pixel_model))
     if not chosen.size:
-        return EdgeOdds(np.zeros((1, 2, bins, *shape)), float(contrast.max()), (0.0, 0.0))
-    followed, stands_for = _some_of(chosen, contrast.max(0))
-    n = followed.size
-    draws = int(np.clip(WORK // (n * MOST_PACKETS), 1, MOST_DRAWS))
-    packets = int(np.clip(ENOUGH // n, 2, MOST_PACKETS))
+        return EdgeProbability(np.zeros((1, 2, bins, *shape)), float(contrast.max()), (0.0, 0.0))
+    simulated, stands_for = _pixels_to_simulate(chosen, contrast.max(0))
+    n = simulated.size
+    draws = int(np.clip(MOST_WORK // (n * MOST_PACKETS), 1, MOST_DRAWS))
+    packets = int(np.clip(WORK_PER_DRAW // n, 2, MOST_PACKETS))
     rng = np.random.default_rng(seed)
     end_us = (packets + WARM_UP_PACKETS) * marker.packet_format.packet_us
-    events = _fire(scene, patch, followed, draws, end_us, rng)
+    events = _fire(scene, patch, simulated, draws, end_us, rng)
     fired, rises, per_edge = _sort_by_edge(events, marker, scene.pixel_model, n, draws, end_us, delta_t_id_us, rng)
-    odds = np.zeros((draws, 2, bins, shape[0] * shape[1]))
+    by_bin = np.zeros((draws, 2, bins, shape[0] * shape[1]))
     for side in (0, 1):
         share = fired[rises == bool(side)].mean(0).reshape(bins, draws, n).swapaxes(0, 1)
-        odds[:, side][:, :, chosen] = share[:, :, stands_for]
+        by_bin[:, side][:, :, chosen] = share[:, :, stands_for]
     off, on = (count * chosen.size / n for count in per_edge)
-    return EdgeOdds(odds.reshape(draws, 2, bins, *shape), float(contrast.max()), (off, on))
+    return EdgeProbability(by_bin.reshape(draws, 2, bins, *shape), float(contrast.max()), (off, on))
 
 
-def _some_of(chosen: Numbers, contrast: Floats) -> tuple[Numbers, Numbers]:
-    """Numbers of pixels in; those to follow, spread evenly over the contrast, and which stands for each, out."""
+def _pixels_to_simulate(chosen: Numbers, contrast: Floats) -> tuple[Numbers, Numbers]:
+    """Pick pixels spread evenly over contrast; return them and, per chosen pixel, which of them stands for it."""
     order = np.argsort(contrast[chosen], kind="stable")
     step = -(-chosen.size // MOST_PIXELS)
-    followed = chosen[order[step // 2 :: step]]
+    simulated = chosen[order[step // 2 :: step]]
     stands_for = np.empty(chosen.size, np.int64)
-    stands_for[order] = np.minimum(np.arange(chosen.size) // step, followed.size - 1)
-    return followed, stands_for
+    stands_for[order] = np.minimum(np.arange(chosen.size) // step, simulated.size - 1)
+    return simulated, stands_for
 
 
 def _least_contrast(model: PixelModel) -> float:
-    """Contrast below which a pixel fires at fewer than one edge in 700: three deviations of threshold and noise."""
+    """Return the contrast below which a pixel fires at fewer than one edge in 700 (three standard deviations)."""
     return float(
         max(min(model.threshold_on, model.threshold_off) - 3 * np.hypot(model.threshold_spread, model.noise), 0)
     )
@@ -118,7 +123,17 @@ def _sort_by_edge(
     events: tuple[Numbers, Numbers, Floats], marker: Marker, model: PixelModel, n: int, draws: int, end_us: float,
     delta_t_id_us: int, rng: np.random.Generator,
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], tuple[float, float]]:  # fmt: skip
-    """Events (owner, polarity, time) in; who fired at which edge in which bin, which edges rise, events an edge out."""
+    """Assign events (owner, polarity, time) to the edges that caused them.
+
+    Returns
+    -------
+    fired : ndarray of bool, shape (edges, bins, draws * n)
+        True where the pixel fired at the edge in the bin.
+    rises : ndarray of bool, shape (edges,)
+        True for ON edges.
+    per_edge : tuple of 2 floats
+        Mean number of events of an OFF and of an ON edge.
+    """
     owner, polarity, t_us = events
     chip_us = marker.waveform.chip_us
     bins = int(np.ceil(chip_us / delta_t_id_us)) + 1
@@ -134,16 +149,16 @@ def _sort_by_edge(
     fired = np.zeros((times.size, bins, draws * n), bool)
     fired[edge[good], at[good], owner[good]] = True
     counts = [int((good & (polarity == side)).sum()) for side in (0, 1)]
-    of, on = (counts[side] / draws / max(int((counted & (rises == bool(side))).sum()), 1) for side in (0, 1))
-    return fired[counted], rises[counted], (of, on)
+    off, on = (counts[side] / draws / max(int((counted & (rises == bool(side))).sum()), 1) for side in (0, 1))
+    return fired[counted], rises[counted], (off, on)
 
 
 def _lit_patch(scene: Scene) -> tuple[Patch, tuple[int, int]]:
-    """A scene in; the pixels its first marker lights, a map for each of PLACES, and their rows and columns out."""
+    """Draw the pixels that the first marker lights, one map for each of PLACES; return also their rows and columns."""
     plate = PlateImage(scene.markers[0].marker, scene)
     pose = scene.marker_pose(0, 0.0)
-    a_pixel_m = pose.position_m[2] / scene.optics.focal_px
-    poses = [Pose(pose.rotation, pose.position_m + [x * a_pixel_m, y * a_pixel_m, 0.0]) for x, y in PLACES]
+    pixel_m = pose.position_m[2] / scene.optics.focal_px
+    poses = [Pose(pose.rotation, pose.position_m + [x * pixel_m, y * pixel_m, 0.0]) for x, y in PLACES]
     box = plate.reach(poses)
     if box.is_empty:
         raise ValueError(f"the marker at {pose.position_m.round(3).tolist()} m is not in view; put it before the lens")
@@ -157,7 +172,7 @@ def _lit_patch(scene: Scene) -> tuple[Patch, tuple[int, int]]:
 def _fire(
     scene: Scene, patch: Patch, chosen: Numbers, draws: int, end_us: float, rng: np.random.Generator
 ) -> tuple[Numbers, Numbers, Floats]:
-    """The numbers of a patch's pixels to follow in; whose, which polarity and when [us] every event is, out."""
+    """Simulate the given pixels of a patch; return the owner, the polarity and the time [us] of every event."""
     model = scene.pixel_model
     place = np.arange(draws) % len(PLACES)
     ambient = np.ascontiguousarray(patch.ambient[place][:, chosen].reshape(1, -1))

@@ -1,11 +1,12 @@
-"""Where will the receiver see something blink?   odds of pixels at edges -> boxes, each with its probability
+"""Probability that the receiver finds a blinking region, and which box it gets: a step of the link budget.
 
-The rule is that of `recognition.regions`: a pixel gets a vote from each delta_t_blinker frame of the period in which
-the 3 x 3 pixels around it show both polarities, and is kept with `min_blink_fraction` of them; kept pixels outside a
-full square of `opening_px` are dropped, the others span the box.
+The rule is that of `recognition.regions`. A pixel gets a vote from each delta_t_blinker frame of the period in which
+the 3 x 3 pixels around it show both polarities, and is kept if it has votes from at least `min_blink_fraction` of the
+frames. Kept pixels outside a full square of `opening_px` are dropped; the box surrounds the others.
 
-How many votes a pixel gets scatters, by chance and with the place of the packets in the period. Neighbours share
-most of what they see, so one normal number moves all of them together; it and the place are taken at a few values.
+The number of votes varies by chance and with the position of the packets in the period. Neighbouring pixels share most
+of what they see, so one normal random number moves the votes of all pixels together. The expectation over this number
+and over the position is taken as a sum over a few values of each.
 """
 
 from __future__ import annotations
@@ -23,18 +24,20 @@ from bicode_lab.recognition.regions import LEAST_MOMENTS, RegionFinder
 Floats = npt.NDArray[np.float64]
 Slices = tuple[slice, slice]
 
-PLACES_IN_A_PERIOD = 7
+PACKET_POSITIONS = 7  # of the packets in the period
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(5)
-FAINTEST = 1e-3  # pixels that fire less often than at one edge in so many make no difference to a box
+FAINTEST = 1e-3  # pixels that fire at a smaller share of edges make no difference to a box
 
 
-class RegionOdds:
-    """What a marker and a receiver have in common for all pixels, made once.
+class RegionProbability:
+    """Work out which boxes a receiver finds for one marker, and how probably.
+
+    What all pixels have in common is computed once, when the object is made.
 
     Parameters
     ----------
     marker : Marker
-        Its payload sets how many edges a frame holds.
+        Its packet sets how many edges a frame holds.
     receiver : ReceiverSettings
     """
 
@@ -44,9 +47,17 @@ class RegionOdds:
         self._pairs, self._frames = self._edges_of_frames(marker)
 
     def __call__(self, fires: Floats) -> list[tuple[float, Slices | None]]:
-        """Odds of an OFF and an ON edge, shape (2, rows, columns), in; boxes and their probabilities (sum 1) out.
+        """Return the boxes that may be found and their probabilities.
 
-        A box is rows and columns; None where no region is found.
+        Parameters
+        ----------
+        fires : ndarray, shape (2, rows, columns)
+            Probability that a pixel fires at an OFF edge and at an ON edge, 0 .. 1.
+
+        Returns
+        -------
+        list of (float, (slice, slice) or None)
+            Probability, and rows and columns of the box, or None if no region is found. The probabilities add up to 1.
         """
         bright = np.nonzero(fires.max(0) > FAINTEST)
         if not bright[0].size:
@@ -54,12 +65,12 @@ class RegionOdds:
         crop = tuple(slice(max(int(at.min()) - 1, 0), int(at.max()) + 2) for at in bright)
         votes, moments = self._votes(fires[:, crop[0], crop[1]])
         found: dict[tuple[int, ...] | None, float] = {}
-        for place in range(PLACES_IN_A_PERIOD):
+        for position in range(PACKET_POSITIONS):
             for z, weight in zip(NODES, WEIGHTS / WEIGHTS.sum(), strict=True):
-                blinks = votes[0][place] + z * votes[1][place] >= self._finder.min_votes - 0.5
-                speaks = moments[0][place] + z * moments[1][place] >= LEAST_MOMENTS - 0.5
-                box = self._box(blinks & speaks)
-                found[box] = found.get(box, 0.0) + float(weight) / PLACES_IN_A_PERIOD
+                blinks = votes[0][position] + z * votes[1][position] >= self._finder.min_votes - 0.5
+                fires_often = moments[0][position] + z * moments[1][position] >= LEAST_MOMENTS - 0.5
+                box = self._box(blinks & fires_often)
+                found[box] = found.get(box, 0.0) + float(weight) / PACKET_POSITIONS
         y, x = crop[0].start, crop[1].start
         boxes: list[tuple[float, Slices | None]] = []
         for box, weight in found.items():
@@ -68,9 +79,9 @@ class RegionOdds:
         return boxes
 
     def _votes(self, fires: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
-        """Odds in; mean and spread of a pixel's votes, and of the moments at which it fires itself, out.
+        """Return mean and spread of a pixel's votes, and of the number of moments at which it fires itself.
 
-        Each has shape (PLACES_IN_A_PERIOD, rows, columns).
+        Each has shape (PACKET_POSITIONS, rows, columns).
         """
         logs = np.log(1 - np.minimum(fires, 1 - 1e-9))
         off, on = np.exp(np.minimum(9 * ndimage.uniform_filter(logs, (0, 3, 3), mode="constant"), 0.0))
@@ -84,7 +95,7 @@ class RegionOdds:
         return (np.tensordot(self._frames, vote, 1), spread), (moments, scatter)
 
     def _box(self, kept: npt.NDArray[np.bool_]) -> tuple[int, ...] | None:
-        """Kept pixels in, first and last row and column of what is left of them after the opening, or None, out."""
+        """Return rows (from, to) and columns (from, to) of the pixels left after the opening, or None."""
         side = self._receiver.opening_px
         if side > 1:
             kept = ndimage.binary_opening(kept, np.ones((side, side), bool))
@@ -94,17 +105,18 @@ class RegionOdds:
         return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
 
     def _edges_of_frames(self, marker: Marker) -> tuple[npt.NDArray[np.int64], Floats]:
-        """A marker in; the pairs of rises and falls that a frame may hold, and how many frames hold each, out.
+        """Count the rises and falls of the LED in each frame of a period.
 
         Returns
         -------
         pairs : ndarray, shape (pairs, 2)
-        frames : ndarray, shape (PLACES_IN_A_PERIOD, pairs)
-            For packets at several places in the period.
+            The pairs (rises, falls) that occur.
+        frames : ndarray, shape (PACKET_POSITIONS, pairs)
+            Number of frames with each pair, for several positions of the packets in the period.
         """
         finder, packet_us = self._finder, marker.packet_format.packet_us
         frame_us = finder.span * finder.bin_us
-        begins = (np.arange(PLACES_IN_A_PERIOD) + 0.5) / PLACES_IN_A_PERIOD * packet_us
+        begins = (np.arange(PACKET_POSITIONS) + 0.5) / PACKET_POSITIONS * packet_us
         starts = begins[:, None] + np.arange(finder.n_frames) * finder.bin_us
         wave = replace(marker, rise_time_us=0.0, clock_error_ppm=0.0, phase_us=0.0).waveform
         times, levels = wave.steps(0, float(starts.max()) + frame_us + packet_us)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -16,11 +17,11 @@ from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
 from bicode_lab.recordings import open_recording
 from bicode_lab.soft_receiver import SoftSettings, find_faint_regions
 from bicode_studies.cli.main import main
-from bicode_studies.link_budget.paper_ranges import range_m
+from bicode_studies.link_budget.paper_ranges import crossing_distance_m
 from bicode_studies.score import Periods, score
 
 from .light import light_events
-from .test_repeats import LINE
+from .test_repeated_packets import LINE
 
 PERIOD_US = 33_000
 PAPER = ReceiverSettings(detect_2d=False)
@@ -59,7 +60,7 @@ def papers_accuracy(distance_m: float) -> float:
 @cache
 def papers_range_m() -> float:
     """Where the paper's rule reads half of the periods, found with the camera as it is."""
-    return range_m(papers_accuracy, guess_m=20)
+    return crossing_distance_m(papers_accuracy, guess_m=20)
 
 
 def wrong(rows: list[Sighting], scene: Scene) -> int:
@@ -164,6 +165,15 @@ def test_a_quiet_gap_costs_nothing_and_loses_nothing() -> None:
     assert set(ids) == {scene.markers[0].marker.payload}
 
 
+def test_reading_some_periods_only_changes_nothing_in_those() -> None:
+    scene, events = seen(16.0, 3, 24)
+    settings = SoftSettings(receiver=PAPER)
+    every = list(recognise(events, settings, t0_us=0))
+    some = list(recognise(events, replace(settings, read_every=4, read_from=8), t0_us=0))
+    assert some == [row for row in every if row.t_us // PERIOD_US in (11, 15, 19, 23)]
+    assert {row.id for row in some} == {scene.markers[0].marker.payload}
+
+
 def test_command_reads_with_the_soft_receiver(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "marker.npz"
     far = f"{1.25 * papers_range_m():.2f}"
@@ -185,6 +195,9 @@ def test_command_reads_with_the_soft_receiver(tmp_path: Path, capsys: pytest.Cap
     [
         ({"evidence_periods": 0}, "evidence_periods"),
         ({"region_periods": -1}, "region_periods"),
+        ({"read_every": 0}, "read_every"),
+        ({"read_from": -1}, "read_from"),
+        ({"search_every": 0}, "search_every"),
         ({"receiver": ReceiverSettings(packet_format=PacketFormat(f_id_hz=40_000), delta_t_id_us=10)}, "f_id_hz"),
     ],
 )

@@ -1,28 +1,15 @@
-"""The decoder's limits: theory is what trials give, and checksums are tried in full."""
+"""Tests of the decoder's limits: theory predicts what trials give."""
 
 from __future__ import annotations
-
-import itertools
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
 from bicode_lab.marker import PacketFormat, encode_packet
-from bicode_lab.marker.packet import checksum
-from bicode_studies.link_budget.decoder_limits import (
-    Channel,
-    edge_missed,
-    foretell,
-    measure,
-    read_bits,
-    read_packets,
-    send,
-    undetected,
-    undetected_swaps,
-    with_interval,
-)
-from bicode_studies.score import accuracy
+from bicode_studies.link_budget.decoder_limits import Channel, measure, rate_table, read_bits, read_packets, send
+from bicode_studies.link_budget.decoder_theory import edge_missed, predict
+from bicode_studies.statistics import wilson
 
 FORMAT = PacketFormat()
 BIN_US = 250
@@ -59,10 +46,10 @@ def test_many_events_read_all_and_none_read_nothing(gate: float) -> None:
 @pytest.mark.parametrize("gate", [0.0, 0.2])
 @pytest.mark.parametrize("events_per_edge", [2.0, 4.0, 7.0])
 def test_theory_is_what_a_trial_gives(events_per_edge: float, gate: float) -> None:
-    """Packets by an exact binomial test at 1 in 10,000; bits of one packet hang together and get twice the width."""
+    """Packets pass an exact binomial test at 1 in 10,000; bits of one packet depend on each other: twice the width."""
     channel = Channel(events_per_edge=events_per_edge, spread_us=30.0)
     got = measure([channel], FORMAT, packets=1000, delta_t_id_us=BIN_US, gate=gate, seed=5).iloc[0]
-    expected = foretell(channel, FORMAT, BIN_US, gate)
+    expected = predict(channel, FORMAT, BIN_US, gate)
     assert binomtest(int(got.packets_right), int(got.packets), expected["packets"]).pvalue > 1e-4
     share = expected["bits"]
     assert abs(got.bits_right / got.bits - share) < 8 * np.sqrt(share * (1 - share) / got.bits)
@@ -88,43 +75,14 @@ def test_no_packet_is_counted_twice_in_a_poor_channel() -> None:
         assert sum(counts.values()) == 10
 
 
-@pytest.mark.parametrize("kind", ["sum", "crc3"])
-@pytest.mark.parametrize("flips", [1, 2, 3, 4, 5])
-def test_undetected_errors_are_the_distances_between_packets(kind: str, flips: int) -> None:
-    """An error passes where it turns one valid word into another: count pairs of words by their distance."""
-    packet_format = PacketFormat(checksum=kind)  # type: ignore[arg-type]
-    words = np.array([payload << 3 | checksum(payload, packet_format) for payload in range(256)])
-    distances = np.array([[int(a ^ b).bit_count() for b in words] for a in words])
-    tried = 256 * len(list(itertools.combinations(range(11), flips)))
-    assert undetected(packet_format, flips) == pytest.approx((distances == flips).sum() / tried)
-
-
-def test_the_shares_the_lesson_names() -> None:
-    paper, crc = PacketFormat(), PacketFormat(checksum="crc3")
-    assert [round(100 * undetected(paper, flips)) for flips in (1, 2, 3)] == [0, 33, 5]
-    assert [round(100 * undetected(crc, flips)) for flips in (1, 2, 3)] == [0, 7, 16]
-
-
-def test_swaps_inside_the_payload_always_pass_the_sum_and_never_the_crc() -> None:
-    assert undetected_swaps(PacketFormat(checksum="crc3")) == 0
-    wide = undetected_swaps(PacketFormat(payload_bits=12, checksum="sum"))
-    assert wide > undetected_swaps(FORMAT) > 7 / 10 * 0.9  # seven of the ten neighbour pairs lie in the payload
-
-
-@pytest.mark.parametrize("flips", [0, 12])
-def test_a_number_of_flips_that_cannot_be_says_so(flips: int) -> None:
-    with pytest.raises(ValueError, match=r"1 \.\. 11"):
-        undetected(FORMAT, flips)
-
-
 @pytest.mark.parametrize("values", [{"events_per_edge": -1.0}, {"events_per_edge": 1.0, "spread_us": 0.0}])
 def test_a_channel_that_cannot_be_says_so(values: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="choose"):
         Channel(**values)
 
 
-def test_intervals_are_wilsons() -> None:
-    table = with_interval([3, 10, 0], [10, 10, 10])
-    for right, (rate, low, high) in zip((3, 10, 0), table.to_numpy(), strict=True):
-        expected = accuracy([True] * right + [False] * (10 - right))
-        assert (rate, low, high) == pytest.approx(expected, abs=1e-3)
+def test_rates_have_their_shares_and_wilson_intervals() -> None:
+    table = rate_table([3, 10, 0], [10, 10, 10])
+    assert table["rate"].tolist() == [0.3, 1.0, 0.0]
+    for right, (_, low, high) in zip((3, 10, 0), table.to_numpy(), strict=True):
+        assert (low, high) == pytest.approx(wilson(right, 10), abs=1e-3)

@@ -1,6 +1,8 @@
-"""Recordings beside the budget: near all is read, far nothing, and a trial repeats."""
+"""Tests of the budget beside recordings: a near marker is read, a distant one is not, and a trial repeats."""
 
-from bicode_studies.link_budget.budget_trial import budget_beside_recordings, recorded_accuracy
+import pytest
+
+from bicode_studies.link_budget.paper_ranges import budget_beside_recordings, crossing_distance_m, recorded_accuracy
 
 
 def test_near_is_read_and_far_is_not() -> None:
@@ -16,3 +18,8 @@ def test_a_row_for_each_distance_with_its_interval() -> None:
     assert (table["recorded"] <= table["high"]).all()
     assert table["budget"].between(0, 1).all()
     assert table.equals(budget_beside_recordings([5.0, 90.0], seeds=2))
+
+
+def test_a_level_that_is_not_crossed_raises_an_error() -> None:
+    with pytest.raises(ValueError, match="another guess_m"):
+        crossing_distance_m(lambda distance_m: 1.0, guess_m=10.0)
