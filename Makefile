@@ -73,7 +73,7 @@ $(BIN)/python:
 pins: $(BIN)/python
 	@rm -rf build/pins && $(BIN)/python -m venv build/pins && build/pins/bin/python -m pip install --quiet uv
 	@build/pins/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
-	  --no-emit-index-url --no-emit-find-links --extra app --extra test --extra build \
+	  --no-emit-index-url --no-emit-find-links --extra app --extra test --extra build --extra docs \
 	  --custom-compile-command "make pins" pyproject.toml -o $(PINS) >/dev/null
 	@echo "$(PINS): $$(grep -c == $(PINS)) packages; now: make test"
 
