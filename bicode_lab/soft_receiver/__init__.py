@@ -13,23 +13,21 @@ from bicode_lab.soft_receiver.clock import find_chips, lead_marks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.line_code import BicodeLine, LineCode, UartLine
 from bicode_lab.soft_receiver.receiver import SoftReceiver, SoftSettings
-from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeats
-from bicode_lab.soft_receiver.uart import Letter, read_letters
-from bicode_studies.real_light.beacon_files import read_beacon
+from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeated_packets
+from bicode_lab.soft_receiver.uart import UartCharacter, read_uart
 
 __all__ = [
     "BicodeLine",
-    "Letter",
     "Limits",
     "LineCode",
     "Reading",
     "SoftReceiver",
     "SoftSettings",
+    "UartCharacter",
     "UartLine",
     "find_chips",
     "find_faint_regions",
     "lead_marks",
-    "read_beacon",
-    "read_letters",
-    "read_repeats",
+    "read_repeated_packets",
+    "read_uart",
 ]

@@ -29,7 +29,7 @@ from bicode_lab.soft_receiver.clock import lead_marks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.levels import PHASES
 from bicode_lab.soft_receiver.line_code import BicodeLine
-from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeats
+from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeated_packets
 
 GATE = 0.1  # share of a usual lead below which a bin says nothing
 FIND_EVERY = 4  # periods from one search for faint regions to the next
@@ -50,18 +50,31 @@ class SoftSettings:
         Periods whose events are searched for faint regions; 0 takes the paper's regions only.
     limits : Limits
         What is asked of a reading.
+    read_every : int
+        Read every n-th period only (n - 1, 2 n - 1, ... counted from the first); there is no sighting of the others.
+        Most of the evidence is the same from one period to the next, and reading it takes most of the time.
+    read_from : int
+        Number of the first period that is read; 0 is the recording's first.
+    search_every : int
+        Make every n-th of the searches for faint regions only; in between, the regions found last stay.
     """
 
     receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
     evidence_periods: int = 30
     region_periods: int = 30
     limits: Limits = field(default_factory=Limits)
+    read_every: int = 1
+    read_from: int = 0
+    search_every: int = 1
 
     def __post_init__(self) -> None:
         if self.evidence_periods < 1:
             raise ValueError(f"evidence_periods={self.evidence_periods} holds nothing to read; choose 1 or more")
         if self.region_periods < 0:
             raise ValueError(f"region_periods={self.region_periods} is negative; choose 0 or more")
+        for name, least in (("read_every", 1), ("read_from", 0), ("search_every", 1)):
+            if getattr(self, name) < least:
+                raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")
         if self.receiver.packet_format.chip_us < PHASES:
             raise ValueError(
                 f"f_id_hz={self.receiver.packet_format.f_id_hz:g} makes chips shorter than {PHASES} us, "
@@ -72,6 +85,10 @@ class SoftSettings:
     def delta_t_whole_us(self) -> int:
         """Length of a period [us]."""
         return self.receiver.delta_t_whole_us
+
+    def reads(self, period: int) -> bool:
+        """Return whether the period with this number is read."""
+        return period >= self.read_from and period % self.read_every == self.read_every - 1
 
     def start(self, t0_us: int) -> SoftReceiver:
         """Make a soft receiver whose first period starts at `t0_us` [us]."""
@@ -107,6 +124,7 @@ class SoftReceiver:
         self._evidence: dict[int, _Evidence] = {}
         self._held: deque[tuple[int, Events]] = deque()
         self._faint: list[Box] = []
+        self._n_searches = 0
         self._next_period = 0
 
     def __call__(self, start_us: int, events: Events) -> list[Sighting]:
@@ -118,7 +136,9 @@ class SoftReceiver:
         self._hold(period, events)
         regions = self._finder(events, start_us)
         if not searched:
-            self._faint = self._find_faint()
+            if self._n_searches % self.settings.search_every == 0:
+                self._faint = self._find_faint()
+            self._n_searches += 1
         boxes = join_boxes([(r.x, r.y, r.w, r.h) for r in regions], self._faint)
         tracks = self._tracker.update(boxes)
         alive = {track.number for track in self._tracker.tracks}
@@ -130,7 +150,8 @@ class SoftReceiver:
                 self._evidence[track.number] = self._look_back(period, box)
             evidence = self._evidence[track.number]
             evidence.rows.append((period, n_on, n_off))
-            sightings.append(self._sighting(period, track.number, box, evidence))
+            if self.settings.reads(period):
+                sightings.append(self._sighting(period, track.number, box, evidence))
         return sightings
 
     def _hold(self, period: int, events: Events) -> None:
@@ -186,7 +207,7 @@ class SoftReceiver:
     def _sighting(self, period: int, track: int, box: Box, evidence: _Evidence) -> Sighting:
         """One track's evidence in, its row out."""
         first, marks = self._marks(period, evidence)
-        reading = read_repeats(marks, self.bin_us, self.line)
+        reading = read_repeated_packets(marks, self.bin_us, self.line)
         doubt = self.settings.limits.doubt(reading)
         period_us = self.t0_us + period * self.settings.receiver.delta_t_whole_us
         packets = () if doubt else self._packets(reading, self.t0_us + first * self.bin_us, period_us)

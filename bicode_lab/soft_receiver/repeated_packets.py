@@ -110,7 +110,7 @@ class Reading:
     unrest: float = 0.0
 
 
-def read_repeats(marks: Marks, bin_us: float, line: LineCode) -> Reading:
+def read_repeated_packets(marks: Marks, bin_us: float, line: LineCode) -> Reading:
     """Marks of one region in, shape (n,); what they say if they are the same frame over and over out.
 
     Parameters

@@ -31,7 +31,7 @@ TRIAL_PHASES = 2  # bins from one place of the edges tried to the next
 
 
 @dataclass(frozen=True)
-class Letter:
+class UartCharacter:
     """One frame of text.
 
     Parameters
@@ -49,7 +49,7 @@ class Letter:
     parity_ok: bool
 
 
-def read_letters(events: Events, line: LineCode) -> list[Letter]:
+def read_uart(events: Events, line: LineCode) -> list[UartCharacter]:
     """The events of one light and its line code in, every letter in the order of time out.
 
     Parameters
@@ -63,7 +63,7 @@ def read_letters(events: Events, line: LineCode) -> list[Letter]:
     --------
     >>> from bicode_lab.soft_receiver.line_code import UartLine
     >>> from bicode_lab.events import no_events
-    >>> read_letters(no_events(), UartLine(rate_hz=504))
+    >>> read_uart(no_events(), UartLine(rate_hz=504))
     []
     """
     if not events.size:
@@ -88,7 +88,7 @@ def read_letters(events: Events, line: LineCode) -> list[Letter]:
         value, _ = line.decode(levels[frame])
         _, parity_ok = line.decode(free_levels[frame])
         t_us = t0_us + float(np.interp(first + k + shift, chips, (np.arange(chips.size) + 0.5) * bin_us))
-        letters.append(Letter(round(t_us), chr(value), parity_ok))
+        letters.append(UartCharacter(round(t_us), chr(value), parity_ok))
     last = len(letters) - 1
     return [letter for i, letter in enumerate(letters) if 0 < i < last or letter.parity_ok]
 

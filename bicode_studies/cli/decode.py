@@ -18,8 +18,9 @@ from bicode_lab.events import Events
 from bicode_lab.marker import PacketFormat
 from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise, settings_for
 from bicode_lab.recordings import Recording, open_recording
-from bicode_lab.soft_receiver import SoftSettings, UartLine, read_beacon, read_letters
+from bicode_lab.soft_receiver import SoftSettings, UartLine, read_uart
 from bicode_studies.cli.options import Number, Real
+from bicode_studies.real_light.beacon_files import read_beacon
 
 Row = dict[str, Any]
 
@@ -126,7 +127,7 @@ def _letters(file: Path, rate_hz: float | None, width: int | None, height: int |
         events = read_beacon(file)
     else:
         events = open_recording(file, width=width, height=height).read()
-    rows = [dataclasses.asdict(letter) for letter in read_letters(events, line)]
+    rows = [dataclasses.asdict(letter) for letter in read_uart(events, line)]
     if form != "jsonl":
         for row in rows:
             row["letter"] = row["letter"].encode("unicode_escape").decode()

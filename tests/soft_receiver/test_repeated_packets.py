@@ -9,7 +9,7 @@ from bicode_lab.marker import PacketFormat
 from bicode_lab.soft_receiver import repeated_packets as repeats
 from bicode_lab.soft_receiver.levels import PHASES, guess_levels, scores_of
 from bicode_lab.soft_receiver.line_code import BicodeLine, nodes_of
-from bicode_lab.soft_receiver.repeated_packets import MEMORY, Limits, Reading, read_repeats
+from bicode_lab.soft_receiver.repeated_packets import MEMORY, Limits, Reading, read_repeated_packets
 from bicode_lab.soft_receiver.viterbi import best_walk
 
 from .light import light_events
@@ -34,7 +34,7 @@ def test_any_payload_phase_and_clock_is_read(n_packets: float) -> None:
         events = light_events(
             chips, 500.0, rng, phase_us=float(rng.uniform(0, 500)), error_ppm=error_ppm, on_per_edge=4, off_per_edge=3
         )
-        reading = read_repeats(marks_of(events), BIN_US, LINE)
+        reading = read_repeated_packets(marks_of(events), BIN_US, LINE)
         assert believed(reading) == payload
         # The start is where the light's own lies, up to the latency.
         late = (reading.start_us - events["t"][0] + events["t"][0]) % (14_000 * (1 + error_ppm * 1e-6))
@@ -52,7 +52,7 @@ def test_evidence_of_many_packets_reads_what_one_cannot() -> None:
         events = light_events(
             np.tile(LINE.encode(int(payload)), 71), 500.0, rng, on_per_edge=0.12, off_per_edge=0.1, noise_hz=2
         )
-        right.append(believed(read_repeats(marks_of(events), BIN_US, LINE)) == payload)
+        right.append(believed(read_repeated_packets(marks_of(events), BIN_US, LINE)) == payload)
     assert np.mean(right) >= 0.9
 
 
@@ -63,34 +63,34 @@ def test_chance_and_lamps_are_no_id() -> None:
         marks = np.zeros(1065, np.int8)
         marks[rng.integers(0, marks.size, rng.integers(1, 300))] = 1
         marks *= rng.choice(np.array([-1, 1], np.int8), marks.size)
-        assert believed(read_repeats(marks, BIN_US, LINE)) is None
+        assert believed(read_repeated_packets(marks, BIN_US, LINE)) is None
     for period, _ in [(p, k) for p in (2, 4) for k in range(100)]:
         chips = np.tile(np.arange(period) < period // 2, 66 // period)
         mean = float(rng.uniform(0.3, 5))
         events = light_events(
             chips, 500.0, rng, phase_us=rng.uniform(0, 500), on_per_edge=mean, off_per_edge=mean * rng.uniform(0.5, 2)
         )
-        assert believed(read_repeats(marks_of(events), BIN_US, LINE)) is None
+        assert believed(read_repeated_packets(marks_of(events), BIN_US, LINE)) is None
     for k in range(200):  # random Manchester bits: no start, no checksum
         chips = np.stack([bits := rng.integers(0, 2, 33), 1 - bits], axis=1).ravel()
         events = light_events(chips, 500.0, rng, phase_us=k, on_per_edge=3)
-        assert believed(read_repeats(marks_of(events), BIN_US, LINE)) is None
+        assert believed(read_repeated_packets(marks_of(events), BIN_US, LINE)) is None
 
 
 def test_a_wrong_checksum_is_the_last_word() -> None:
     chips = LINE.encode(0x25)
     chips[8:10] = chips[9:7:-1]  # one bit of the payload turned
     events = light_events(np.tile(chips, 20), 500.0, np.random.default_rng(3))
-    reading = read_repeats(marks_of(events), BIN_US, LINE)
+    reading = read_repeated_packets(marks_of(events), BIN_US, LINE)
     assert not reading.check
     assert LIMITS.doubt(reading) == "checksum"
 
 
 def test_nothing_says_nothing() -> None:
-    assert LIMITS.doubt(read_repeats(np.zeros(1000, np.int8), BIN_US, LINE)) == "no_events"
+    assert LIMITS.doubt(read_repeated_packets(np.zeros(1000, np.int8), BIN_US, LINE)) == "no_events"
     one = np.zeros(1000, np.int8)
     one[500] = 1
-    assert believed(read_repeats(one, BIN_US, LINE)) is None
+    assert believed(read_repeated_packets(one, BIN_US, LINE)) is None
 
 
 def test_every_place_is_scored_as_the_best_walk_from_there() -> None:

@@ -11,7 +11,7 @@ from scipy.io import savemat
 
 from bicode_lab.events import no_events
 from bicode_lab.soft_receiver.line_code import UartLine
-from bicode_lab.soft_receiver.uart import read_letters
+from bicode_lab.soft_receiver.uart import read_uart
 from bicode_studies.cli.main import main
 from bicode_studies.real_light.beacon_files import read_beacon
 
@@ -47,7 +47,7 @@ def test_text_with_pauses_is_read(rate_hz: float, error_ppm: float) -> None:
         chips, line.chip_us, rng, phase_us=50, error_ppm=error_ppm, before=1, on_per_edge=20, off_per_edge=9,
         on_delay=0.2, off_delay=0.4, noise_hz=200,
     )  # fmt: skip
-    letters = read_letters(events, line)
+    letters = read_uart(events, line)
     assert "".join(letter.letter for letter in letters) == TEXT * 4
     assert all(letter.parity_ok for letter in letters)
     # Times are those of the start chips, up to a latency.
@@ -58,9 +58,9 @@ def test_text_with_pauses_is_read(rate_hz: float, error_ppm: float) -> None:
 
 
 def test_nothing_is_read_in_nothing() -> None:
-    assert read_letters(no_events(), UartLine(rate_hz=504)) == []
+    assert read_uart(no_events(), UartLine(rate_hz=504)) == []
     one = light_events([1], 100.0, np.random.default_rng(0), on_per_edge=50)[:1]
-    assert read_letters(one, UartLine(rate_hz=504)) == []
+    assert read_uart(one, UartLine(rate_hz=504)) == []
 
 
 @pytest.mark.parametrize(
