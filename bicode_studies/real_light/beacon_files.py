@@ -1,4 +1,4 @@
-"""Files of public LED beacons: MATLAB tables of one light's events.   .mat -> events"""
+"""Read the files of public LED beacons: MATLAB tables with the events of one light."""
 
 from __future__ import annotations
 
@@ -11,14 +11,30 @@ from scipy.io.matlab import MatReadError
 
 from bicode_lab.events import Events, make_events
 
+WHERE_FROM = (
+    "They are 504hz_30m.mat and 3125hz_30m.mat of github.com/ziweiWWANG/Event-Beacon-Communication (data/"
+    "bright-led-outdoor, for academic use only). Put them into a folder event_beacon and give the folder around it."
+)
+"""Where to get the two recordings of notebook 18."""
+
 
 def read_beacon(path: Path) -> Events:
-    """A .mat file with `event` (+1, -1) and `event_t` [s] in; its events out, x = y = 0, times from 0 on as there.
+    """Read the events of one light from a MATLAB file.
+
+    Parameters
+    ----------
+    path : Path
+        A .mat file with the arrays ``event`` (polarity, +1 or -1) and ``event_t`` (time [s]).
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (n,)
+        The events with the times of the file and x = y = 0.
 
     Raises
     ------
     ValueError
-        Where there is no such file, it is no MATLAB table, or holds something else.
+        If the file is missing, is not a MATLAB file, or holds something else.
     """
     if not path.is_file():
         raise ValueError(f"{path}: there is no such file")
@@ -41,7 +57,7 @@ def read_beacon(path: Path) -> Events:
     if polarity.size != t_s.size or not np.isin(polarity, (-1, 1)).all() or not np.isfinite(t_s).all():
         raise ValueError(
             f"{path}: `event` has {polarity.size} and `event_t` {t_s.size} entries; "
-            "it takes as many, polarities of +1 and -1, and finite times"
+            "there must be as many of both, with polarities +1 and -1 and finite times"
         )
     zeros = np.zeros(t_s.size, np.uint16)
     return make_events(zeros, zeros, (polarity > 0).astype(np.int16), np.round(t_s * 1e6).astype(np.int64))

@@ -1,8 +1,9 @@
-"""How many events one blink makes, at any rate of blinking.   LED, camera -> events a blink
+"""Simulate how many events one blink of an LED makes, as a function of the blink rate, and compare with a measurement.
 
-Beside it stands what others measured: an EVK4 that looks at ultraviolet LEDs from 1 to 5 m, blinking 5 to 15,000
-times a second. Their LEDs and their room are not the paper's, so two numbers of the *scene* are open: how bright
-an LED is, and how much light the ultraviolet lens lets in beside it. The camera is the one of `constants.csv`.
+The measurement was made by others with an EVK4 camera that looked at ultraviolet LEDs from 1 to 5 m away, blinking 5
+to 15,000 times per second. Their LEDs and their room are not those of the paper. So two parameters of the *scene* are
+unknown: the brightness of the LED, and how much other light passes the ultraviolet lens. The camera is the one of
+`constants.csv`.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ from bicode_lab.camera.lamp import Flicker, Lamp
 from bicode_lab.camera.optics import ambient_signal
 
 BLINK_HZ = (5.0, 12.5, 25.0, 50.0, 125.0, 250.0, 500.0, 1250.0, 2500.0, 5000.0, 10_000.0, 15_000.0)
-DISTANCES_M = (*(round(1 + 0.2 * k, 1) for k in range(11)), 4.0, 5.0)  # as their report says
-FOCAL_LENGTH_MM, F_NUMBER = 2.5, 1.6  # of their lens
+DISTANCES_M = (*(round(1 + 0.2 * k, 1) for k in range(11)), 4.0, 5.0)  # of the measurement, as its report states
+FOCAL_LENGTH_MM, F_NUMBER = 2.5, 1.6  # of the lens of the measurement
 LED_SIDE_M = 0.01  # two LEDs side by side; assumption
-SENSOR_PX = 72  # a square that holds their light, halo and all
-SETTLED = 6  # time constants in the dark that are let pass first
-COUNT_S = 0.04  # what is counted then; at least a blink
-LEAST = 0.5  # events a blink; fewer are noise in their table as in ours
+SENSOR_PX = 72  # side of a square that holds the light with its halo
+SETTLE_TIME_CONSTANTS = 6  # with the LED off; events before this time are not counted
+COUNT_S = 0.04  # time in which events are counted; at least one blink
+MIN_EVENTS = 0.5  # per blink; fewer are noise in the measurement and in the simulation
 
 WHERE_FROM = (
-    "The table is evk4_events_per_blink.npz: mean events a blink (avg_events_array_0, 13 distances x 12 rates), of "
+    "The table is evk4_events_per_blink.npz: mean events per blink (avg_events_array_0, 13 distances x 12 rates), of "
     "github.com/kubakubakuba/mrs-uvdar-distance-estimator. Put it into the folder of recordings."
 )
 """Where to get the measured table."""
@@ -41,15 +42,16 @@ WHERE_FROM = (
 
 @dataclass(frozen=True, kw_only=True)
 class Beacon:
-    """An LED that blinks, half of the time on, and what it stands in.
+    """A blinking LED that is on for half of each period, and the light around it.
 
     Parameters
     ----------
     brightness : float
-        Of the LED's face over a wall of the paper's office, both through this lens.
+        Brightness of the LED's face relative to a wall of the paper's office, both seen through this lens.
     illuminance_lux : float
-        Of the surroundings, as the lens lets it through; the paper's office has 350.
+        Illuminance of the surroundings as far as it passes the lens [lx]; the paper's office has 350.
     distance_m : float
+        Distance from the camera [m].
     """
 
     brightness: float = 10.0
@@ -57,7 +59,19 @@ class Beacon:
     distance_m: float = 1.0
 
     def scene(self, blink_hz: float, pixel_model: PixelModel) -> Scene:
-        """A rate of blinking and the pixels in, what the camera looks at out; nothing fires but for the LED."""
+        """Return the scene of the LED; all its events come from the LED.
+
+        Parameters
+        ----------
+        blink_hz : float
+            Blink rate [Hz].
+        pixel_model : PixelModel
+            The camera's pixels; their background activity and hot pixels are switched off.
+
+        Returns
+        -------
+        Scene
+        """
         lamp = Lamp(
             flicker=Flicker(rate_hz=blink_hz, shape="square", depth=1.0, duty=0.5),
             path=Still(Pose.facing(self.distance_m)),
@@ -71,7 +85,22 @@ class Beacon:
 
 
 def events_per_blink(beacon: Beacon, blink_hz: float, pixel_model: PixelModel | None = None, seed: int = 0) -> float:
-    """An LED, its rate and the pixels in (None: those of `constants.csv`); mean events of a blink, ON and OFF, out.
+    """Return the mean number of events per blink, ON and OFF together.
+
+    Parameters
+    ----------
+    beacon : Beacon
+        The LED and its surroundings.
+    blink_hz : float
+        Blink rate [Hz].
+    pixel_model : PixelModel, optional
+        The camera's pixels; None takes those of `constants.csv`.
+    seed : int
+        Seed of all random draws.
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -81,7 +110,7 @@ def events_per_blink(beacon: Beacon, blink_hz: float, pixel_model: PixelModel | 
     """
     scene = beacon.scene(blink_hz, pixel_model or PixelModel())
     dark_s = scene.pixel_model.time_constant_us * 1e-6 / ambient_signal(scene.light, scene.optics)
-    settle, count = (max(1, math.ceil(span_s * blink_hz)) for span_s in (SETTLED * dark_s, COUNT_S))
+    settle, count = (max(1, math.ceil(span_s * blink_hz)) for span_s in (SETTLE_TIME_CONSTANTS * dark_s, COUNT_S))
     recorder = Recorder(scene, (settle + count) / blink_hz, np.random.default_rng(seed))
     from_us = settle * 1e6 / blink_hz
     return sum(int((events["t"] >= from_us).sum()) for events in recorder) / count
@@ -90,14 +119,37 @@ def events_per_blink(beacon: Beacon, blink_hz: float, pixel_model: PixelModel | 
 def blink_curve(
     beacon: Beacon, blink_hz: Iterable[float] = BLINK_HZ, pixel_model: PixelModel | None = None, seed: int = 0
 ) -> pd.DataFrame:
-    """An LED and rates in; ``blink_hz``, ``events`` a blink and ``per_s`` (events a second) out, a row for each."""
+    """Simulate the events per blink for several blink rates.
+
+    Parameters
+    ----------
+    beacon, pixel_model, seed
+        See `events_per_blink`.
+    blink_hz : iterable of float
+        Blink rates [Hz].
+
+    Returns
+    -------
+    DataFrame
+        One row per rate: ``blink_hz``, ``events`` (per blink) and ``per_s`` (events per second).
+    """
     rates = list(blink_hz)
     events = [events_per_blink(beacon, hz, pixel_model, seed) for hz in rates]
     return pd.DataFrame({"blink_hz": rates, "events": events, "per_s": np.multiply(events, rates)})
 
 
 def busiest_hz(curve: pd.DataFrame) -> float:
-    """A curve in, the rate of blinking at which a second holds the most events out: beyond, the pixels lag behind.
+    """Return the blink rate with the most events per second; at higher rates the pixels cannot follow.
+
+    Parameters
+    ----------
+    curve : DataFrame
+        As `blink_curve` returns it.
+
+    Returns
+    -------
+    float
+        Blink rate [Hz].
 
     Examples
     --------
@@ -108,9 +160,20 @@ def busiest_hz(curve: pd.DataFrame) -> float:
 
 
 def slope(curve: pd.DataFrame) -> npt.NDArray[np.float64]:
-    """A curve in; between its rates, by what power of the rate the events of a blink go, out, shape (n - 1,).
+    """Return the slope of a curve in double-logarithmic scale: the exponent of ``events ~ blink_hz ** slope``.
 
-    0: each blink is answered in full. -1: a second holds as many events however often the LED blinks.
+    A slope of 0 means that each blink makes all its events. A slope of -1 means that the number of events per second
+    does not depend on the blink rate.
+
+    Parameters
+    ----------
+    curve : DataFrame
+        As `blink_curve` returns it, with n rates.
+
+    Returns
+    -------
+    ndarray, shape (n - 1,)
+        Slopes between successive rates.
 
     Examples
     --------
@@ -122,12 +185,23 @@ def slope(curve: pd.DataFrame) -> npt.NDArray[np.float64]:
 
 
 def read_blink_table(path: Path) -> pd.DataFrame:
-    """The measured file in; ``distance_m``, ``blink_hz``, ``events`` a blink and ``per_s``, facing the LEDs, out.
+    """Read the table of the measurement, for a camera that faces the LEDs.
+
+    Parameters
+    ----------
+    path : Path
+        The file evk4_events_per_blink.npz.
+
+    Returns
+    -------
+    DataFrame
+        One row per distance and rate: ``distance_m``, ``blink_hz``, ``events`` (per blink) and ``per_s`` (events per
+        second).
 
     Raises
     ------
     ValueError
-        A file that holds another table.
+        If the file holds another table.
     """
     shape = (len(DISTANCES_M), len(BLINK_HZ))
     with np.load(path) as arrays:
@@ -140,14 +214,26 @@ def read_blink_table(path: Path) -> pd.DataFrame:
 
 
 def misfit_factor(events: npt.ArrayLike, measured: npt.ArrayLike) -> float:
-    """Two curves of events a blink in; by what factor they differ, root mean square of the logarithm, out.
+    """Return the factor by which two curves of events per blink differ.
+
+    It is ``exp(sqrt(mean(log(events / measured) ** 2)))``; values below `MIN_EVENTS` are set to `MIN_EVENTS`.
+
+    Parameters
+    ----------
+    events, measured : array_like, shape (n,)
+        Events per blink.
+
+    Returns
+    -------
+    float
+        Factor, 1 or more.
 
     Examples
     --------
     >>> round(misfit_factor([100, 20, 4], [200, 10, 8]), 3)
     2.0
     """
-    ours, theirs = (np.maximum(np.asarray(values, float), LEAST) for values in (events, measured))
+    ours, theirs = (np.maximum(np.asarray(values, float), MIN_EVENTS) for values in (events, measured))
     return float(np.exp(np.sqrt(np.mean(np.log(ours / theirs) ** 2))))
 
 
@@ -155,10 +241,24 @@ def fit_scene(
     measured: pd.DataFrame, brightness: Iterable[float], illuminance_lux: Iterable[float],
     pixel_model: PixelModel | None = None, seed: int = 0,
 ) -> pd.DataFrame:  # fmt: skip
-    """A measured curve at 1 m and values for what is open of its scene in; their misfits, the best first, out.
+    """Fit the unknown parameters of the scene to a curve that was measured at 1 m, by trying all combinations.
 
-    The pixels are not fitted. Only the ratio of their time constant to the light is in the curve anyway: three
-    times the light with three times the time constant makes the same events.
+    The pixels are not fitted. The curve only depends on the ratio of their time constant to the light: three times
+    the light with three times the time constant makes the same events.
+
+    Parameters
+    ----------
+    measured : DataFrame
+        Measured curve with ``blink_hz`` and ``events``.
+    brightness, illuminance_lux : iterable of float
+        Values to try for the parameters of `Beacon`.
+    pixel_model, seed
+        See `events_per_blink`.
+
+    Returns
+    -------
+    DataFrame
+        One row per combination, the best first: ``brightness``, ``illuminance_lux``, ``misfit_factor``.
     """
     rows = []
     for bright, lux in tqdm(list(product(brightness, illuminance_lux)), unit=" scenes", disable=None):
@@ -169,16 +269,28 @@ def fit_scene(
 
 
 def mix_curves(curves: npt.ArrayLike, measured: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Curves, shape (n, rates), and a measured one in; how much of each is in the mixture nearest to it, (n,), out.
+    """Return the weights of the mixture of curves that is nearest to a measured curve.
 
-    Nearest in relative terms; none is less than 0. The mixture is ``weights @ curves``: pixels that see the LED in
-    front of several darknesses.
+    The mixture is ``weights @ curves``; it stands for pixels that see the LED in front of backgrounds of different
+    darkness. The sum of squared relative differences is minimal, with no weight below 0.
+
+    Parameters
+    ----------
+    curves : array_like, shape (n, rates)
+        Events per blink.
+    measured : array_like, shape (rates,)
+        Measured events per blink.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Weights, 0 or more.
 
     Examples
     --------
     >>> mix_curves([[8, 8, 1], [90, 9, 0]], [98, 17, 1]).round(2)
     array([1., 1.])
     """
-    theirs = np.maximum(np.asarray(measured, float), LEAST)
+    theirs = np.maximum(np.asarray(measured, float), MIN_EVENTS)
     weights, _ = nnls((np.asarray(curves, float) / theirs).T, np.ones(theirs.size))
     return np.asarray(weights)

@@ -1,4 +1,4 @@
-"""Events a blink: bounds that follow from the pixel, laws of the light, and the measured table's shape."""
+"""Tests of the events per blink: limits that follow from the pixel, laws of light, the measured table's shape."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_slow_blinks_are_answered_in_full_and_fast_ones_are_not() -> None:
 
 
 def test_only_the_time_constant_over_the_light_counts() -> None:
-    """Three times the light, three times the time constant: the same signal in time, so the same events."""
+    """Three times the light with three times the time constant is the same signal in time: it makes the same events."""
     beacon = Beacon(brightness=6, illuminance_lux=10)
     brighter = Beacon(brightness=18, illuminance_lux=30)
     slower = replace(QUIET, time_constant_us=3 * QUIET.time_constant_us)
