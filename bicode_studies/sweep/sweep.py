@@ -91,7 +91,7 @@ def sweep(
         raise ValueError(f"jobs={jobs} is no number of processes; choose 1 or more")
     asked = {key_of(condition, seed): (condition, seed) for condition, seed in trials}
     digest = digest_of(function, data_files)
-    with TrialStore(store, f"{function.__module__}.{function.__qualname__}", digest) as kept:
+    with TrialStore(store, function.__name__, digest) as kept:
         done = kept.keys()
         missing = {key: trial for key, trial in asked.items() if key not in done}
         failures: dict[Key, str] = {}
