@@ -1,11 +1,11 @@
 # Two commands do everything on a fresh machine with Python (3.11 or later) and make:
 #
-#   make figures           every notebook, every figure, short settings, into figures/quick/
-#   make figures FULL=1    the same at the paper's scale, into figures/
-#   make test              every check, but those that need a browser: make test-browser
+#   make figures           run every notebook with short settings; figures go to figures/quick/
+#   make figures FULL=1    the same at the paper's scale; figures go to figures/
+#   make test              run every check but those that need a browser (make test-browser)
 #
-# Also: make lab (open the notebooks), make html (every executed notebook as a page, into build/html/),
-# make format, make pins, make clean, make clean-all.
+# Also: make lab (open the notebooks), make html (every executed notebook as a page, into build/html/), make docs
+# (documentation and API reference, into build/docs/), make format, make pins, make clean, make clean-all.
 # Settings: PYTHON=python3.12 (which Python makes .venv), JOBS=2 (notebooks at a time),
 # TESTS="-k layers" (which tests, and other words for pytest).
 
@@ -20,7 +20,7 @@ PINS = environment/requirements.txt
 READY = $(VENV)/.package-installed
 PIP = PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --quiet
 
-.PHONY: figures test test-browser page-pictures lab html format pins clean clean-all
+.PHONY: figures test test-browser page-pictures lab html docs format pins clean clean-all
 
 figures: $(READY)
 	@$(BIN)/bicode figures $(if $(filter-out 0 no,$(FULL)),--full) $(if $(JOBS),--jobs $(JOBS))
@@ -28,7 +28,7 @@ figures: $(READY)
 test: $(READY)
 	@echo "ruff (style)" && $(BIN)/ruff check --quiet .
 	@echo "mypy (types)" && $(BIN)/mypy --strict bicode_lab bicode_studies
-	@echo "pytest (laws, oracles, rules, every notebook)" && $(BIN)/python -m pytest -m "not browser" $(TESTS)
+	@echo "pytest (laws, oracles, rules, every notebook, documentation)" && $(BIN)/python -m pytest -m "not browser" $(TESTS)
 
 # The page of `bicode what-if` and a notebook in JupyterLab, in a real browser; skipped where Chromium is absent.
 test-browser: $(READY)
@@ -43,6 +43,9 @@ lab: $(READY)
 
 html: $(READY)
 	@$(BIN)/bicode html $(if $(filter-out 0 no,$(FULL)),--full) $(if $(JOBS),--jobs $(JOBS))
+
+docs: $(READY)
+	@$(BIN)/mkdocs build --quiet --strict && echo "open build/docs/index.html"
 
 format: $(READY)
 	@$(BIN)/ruff check --quiet --fix . ; $(BIN)/ruff format .
