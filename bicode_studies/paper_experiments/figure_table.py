@@ -14,7 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from bicode_studies.paper_experiments import grids as experiments
-from bicode_studies.paper_experiments.scenes import Condition
+from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.repository import repository_root
 from bicode_studies.sweep.sweep import Sweep, sweep
 

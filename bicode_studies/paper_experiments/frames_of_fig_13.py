@@ -24,8 +24,8 @@ from bicode_lab.camera import Recorder, Scene, truth_at
 from bicode_lab.camera.truth import packet_starts_us
 from bicode_lab.events import join, slice_time
 from bicode_lab.recognition.accumulate import Frame, accumulate
-from bicode_studies.paper_experiments.scenes import Condition, scene_of
-from bicode_studies.paper_experiments.trial_rows import receiver_settings
+from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
+from bicode_studies.paper_experiments.scenes import scene_of
 
 LOW_MA, STANDARD_MA, HIGH_MA = paper.FIG_8_CURRENTS_MA
 SLOW_M_PER_S, _, FAST_M_PER_S = paper.FIG_12_SPEEDS_M_PER_S

@@ -1,8 +1,9 @@
-"""IV-E, IV-F: two explanations of the loss near the camera.   trials -> rates and losses; a late box -> accuracy
+"""Two explanations of the IDs that are lost near the camera when something moves (IV-E, IV-F).
 
-The paper blames an abundance of events; `processing_limit` models that. Here its rows are laid beside those without
-it, and the other explanation is tried: that the box in which blinks are counted comes from an earlier period, and a
-moving marker has left it. Evaluation may use the truth, so the late box is exactly where the marker was.
+The paper names an abundance of events as the cause; `processing_limit` models that. `rate_and_loss` compares trials
+with and without that limit. The other explanation is tried in `lag_table`: the box in which blinks are counted comes
+from an earlier period, and a moving marker has left it. The late box is taken from the truth, which an evaluation may
+use and a receiver may not.
 """
 
 from __future__ import annotations
@@ -14,34 +15,36 @@ import pandas as pd
 from tqdm import tqdm
 
 from bicode_lab import paper
+from bicode_lab.boxes import Box
 from bicode_lab.camera import Recorder, Scene, truth_at
 from bicode_lab.events import Events, windows
 from bicode_lab.recognition import ReceiverSettings
 from bicode_lab.recognition.decode import decode_packets
 from bicode_lab.recognition.led_state import count_on_off
-from bicode_studies.paper_experiments.scenes import Condition, scene_of
-from bicode_studies.paper_experiments.trial_rows import PERIOD_S, receiver_settings
+from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
+from bicode_studies.paper_experiments.scenes import scene_of
 from bicode_studies.statistics import over_seeds
+from bicode_studies.trial import PERIOD_S
 
-Box = tuple[int, int, int, int]
-HOWS = ("still", "pan", "spin")
+SIZE_M = 0.05  # side of the marker of IV-E and IV-F
 
 
 def rate_and_loss(tables: dict[str, pd.DataFrame], levels: dict[str, str]) -> pd.DataFrame:
-    """Trials of still and moving markers in; their rate of events and the IDs lost, with and without the limit, out.
+    """Return the rate of events and the share of lost IDs of each condition, with and without the processing limit.
 
     Parameters
     ----------
-    tables : dict
-        How the marker was seen ("still", "pan", "spin") to rows of `trials.run_trial`, of one current.
-    levels : dict
-        The same to the column that tells its curves apart, such as "rpm"; "" where there is one only.
+    tables : dict of str to DataFrame
+        Rows of `trial_rows.run_trial`, all of one current, by the way the marker was seen: "still", "pan" or "spin".
+    levels : dict of str to str
+        By the same keys, the column that tells the curves of a table apart, such as "rpm"; "" where there is one only.
 
     Returns
     -------
     DataFrame
-        ``how``, ``level``, ``receiver``, ``distance_m``, ``mev_per_s`` (mean), ``lost``, ``low`` and ``high`` (share of
-        periods without the right ID, with its 95 % interval over seeds).
+        ``how`` (the key), ``level`` (of the column; 0 without one), ``receiver``, ``distance_m``, ``mev_per_s`` (mean
+        rate [Mev/s]); ``lost``, ``low`` and ``high`` (share of periods without the right ID, 0 .. 1, with its 95 %
+        interval over seeds).
     """
     parts = []
     for how, table in tables.items():
@@ -56,7 +59,20 @@ def rate_and_loss(tables: dict[str, pd.DataFrame], levels: dict[str, str]) -> pd
 
 
 def at_distances(rates: pd.DataFrame, value: str) -> pd.DataFrame:
-    """Rows of `rate_and_loss` and "mev_per_s" or "lost" in; a row a distance, a column for each way of motion, out."""
+    """Arrange the rates or the losses in one row per distance and one column per way of motion.
+
+    Parameters
+    ----------
+    rates : DataFrame
+        As `rate_and_loss` returns it.
+    value : {"mev_per_s", "lost"}
+        Column to arrange; losses have a column for each receiver.
+
+    Returns
+    -------
+    DataFrame
+        Index ``distance_m``; columns such as "pan 0.314", or "pan 0.314, ours" for losses.
+    """
     chosen = rates if value == "lost" else rates[rates["receiver"] == "ours"]
     names = chosen["how"] + chosen["level"].map(lambda level: f" {level:g}" if level else "")
     if value == "lost":
@@ -66,13 +82,24 @@ def at_distances(rates: pd.DataFrame, value: str) -> pd.DataFrame:
 
 
 def lag_table(conditions: Sequence[Condition], lags: Sequence[int], seeds: int, periods: int) -> pd.DataFrame:
-    """Conditions, delays of the box [periods], numbers of seeds and periods in; IDs read right in the late box out.
+    """Count the IDs that are read right in a box which is some periods late.
+
+    Parameters
+    ----------
+    conditions : sequence of Condition
+        Their `duration_s` is not used.
+    lags : sequence of int
+        Delays of the box, in periods, 0 or more.
+    seeds : int
+        Number of recordings of each condition.
+    periods : int
+        Length of each recording, in periods.
 
     Returns
     -------
     DataFrame
-        A row for each condition, delay and seed: ``distance_m``, ``speed_m_per_s``, ``rpm``, ``lag``, ``seed``,
-        ``periods``, ``id_right`` (counts), ``overlap`` (share of the marker's box that the late box still holds).
+        One row for each condition, delay and seed: ``distance_m``, ``speed_m_per_s``, ``rpm``, ``lag``, ``seed``,
+        ``periods`` and ``id_right`` (counts), ``overlap`` (mean share of the marker's box that lies in the late box).
     """
     todo = [(condition, seed) for condition in conditions for seed in range(seeds)]
     rows = []
@@ -82,17 +109,18 @@ def lag_table(conditions: Sequence[Condition], lags: Sequence[int], seeds: int, 
 
 
 def _lag_rows(condition: Condition, lags: Sequence[int], seed: int, periods: int) -> list[dict[str, float]]:
-    """One recording, read in boxes of several delays."""
+    """Read one recording in boxes of several delays."""
     scene, settings = scene_of(condition, seed), receiver_settings(condition)
     payload = scene.markers[0].marker.payload
     right, shares = dict.fromkeys(lags, 0), dict.fromkeys(lags, 0.0)
+    # trial.run does not fit: its score takes an ID for the marker's only where the box still lies on the marker.
     recorder = Recorder(scene, periods * PERIOD_S, np.random.default_rng([seed, 2]))
     for start_us, events in windows(recorder, settings.delta_t_whole_us, t0_us=0):
         now = box_of(scene, start_us, settings)
         for lag in lags:
             late = box_of(scene, start_us - lag * settings.delta_t_whole_us, settings)
-            right[lag] += read_in(events, late, start_us, settings) == {payload}
-            shares[lag] += overlap(now, late) / periods
+            right[lag] += ids_in_box(events, late, start_us, settings) == {payload}
+            shares[lag] += now.shared_area(late) / now.area / periods
     told = {"distance_m": condition.distance_m, "speed_m_per_s": condition.speed_m_per_s, "rpm": condition.rpm}
     return [
         {**told, "lag": lag, "seed": seed, "periods": periods, "id_right": right[lag], "overlap": shares[lag]}
@@ -101,34 +129,49 @@ def _lag_rows(condition: Condition, lags: Sequence[int], seed: int, periods: int
 
 
 def box_of(scene: Scene, start_us: float, settings: ReceiverSettings) -> Box:
-    """A scene and a period's start in, even before the recording; the marker's box amid that period out [px]."""
+    """Return the true box of the first marker in the middle of a period.
+
+    Parameters
+    ----------
+    scene : Scene
+    start_us : float
+        Start of the period [us]; it may lie before the recording.
+    settings : ReceiverSettings
+        Its delta_t_whole is the length of the period.
+
+    Returns
+    -------
+    Box
+        It may reach beyond the sensor.
+    """
     x, y, w, h = truth_at(scene, start_us + settings.delta_t_whole_us / 2)[0].box_px
     x0, y0 = int(np.floor(x)), int(np.floor(y))
-    return x0, y0, int(np.ceil(x + w)) - x0 + 1, int(np.ceil(y + h)) - y0 + 1
+    return Box.between(x0, y0, int(np.ceil(x + w)) + 1, int(np.ceil(y + h)) + 1)
 
 
-def overlap(box: Box, other: Box) -> float:
-    """Two boxes in, the share of the first that lies in the second out.
+def ids_in_box(events: Events, box: Box, start_us: int, settings: ReceiverSettings) -> set[int]:
+    """Return the IDs, with a right checksum, of the packets that lie whole in a period and a box.
 
-    Examples
-    --------
-    >>> overlap((0, 0, 10, 10), (5, 0, 10, 10)), overlap((0, 0, 10, 10), (20, 0, 5, 5))
-    (0.5, 0.0)
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        Those of the period.
+    box : Box
+        What lies beyond the sensor is cut off.
+    start_us : int
+        Start of the period [us].
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    set of int
+        Empty where no packet is read.
     """
-    (x, y, w, h), (left, top, width, height) = box, other
-    wide = max(min(x + w, left + width) - max(x, left), 0)
-    tall = max(min(y + h, top + height) - max(y, top), 0)
-    return wide * tall / (w * h)
-
-
-def read_in(events: Events, box: Box, start_us: int, settings: ReceiverSettings) -> set[int]:
-    """A period's events, a box and the period's start in; the checked IDs of packets whole in it out."""
     n_bins = -(-settings.delta_t_whole_us // settings.delta_t_id_us)
-    x, y = max(box[0], 0), max(box[1], 0)
-    w, h = min(box[0] + box[2], settings.width) - x, min(box[1] + box[3], settings.height) - y
-    if w <= 0 or h <= 0:
+    inside = box.clipped(settings.width, settings.height)
+    if inside.is_empty:
         return set()
-    counts = count_on_off(events, (x, y, w, h), start_us, n_bins, settings.delta_t_id_us, settings.led_count)
+    counts = count_on_off(events, inside, start_us, n_bins, settings.delta_t_id_us, settings.led_count)
     packets, _ = decode_packets(
         *counts, start_us, settings.delta_t_id_us, settings.packet_format, gate=settings.led_gate,
         latency_us=settings.latency_us,
@@ -136,14 +179,27 @@ def read_in(events: Events, box: Box, start_us: int, settings: ReceiverSettings)
     return {packet.payload for packet in packets if packet.checksum_ok and packet.payload is not None}
 
 
-def expected_overlap(speed_m_per_s: float, lag: int, size_m: float = 0.05) -> float:
-    """A speed, a delay in periods and the marker's side in; the overlap that is left, at whatever distance, out.
+def expected_overlap(speed_m_per_s: float, lag: float) -> float:
+    """Return the share of the box of a moving marker that a late box still covers.
 
-    In `lag` periods the marker moves by ``speed * lag * delta_t_whole``, as a share of its side; distance falls out.
+    In ``lag`` periods the marker moves by ``speed * lag * delta_t_whole``. Divided by the side of the marker, 5 cm,
+    that is the share that has left the box; it does not depend on the distance.
+
+    Parameters
+    ----------
+    speed_m_per_s : float
+        Tangential speed [m/s].
+    lag : float
+        Delay of the box, in periods.
+
+    Returns
+    -------
+    float
+        Share, 0 .. 1.
 
     Examples
     --------
     >>> [round(expected_overlap(0.314, lag), 2) for lag in (0, 1, 4, 8)]
     [1.0, 0.79, 0.17, 0.0]
     """
-    return max(0.0, 1 - speed_m_per_s * lag * paper.DELTA_T_WHOLE_US * 1e-6 / size_m)
+    return max(0.0, 1 - speed_m_per_s * lag * paper.DELTA_T_WHOLE_US * 1e-6 / SIZE_M)

@@ -1,11 +1,11 @@
-"""IV-E: why are near markers in motion lost?   events a second -> periods without a reading, at first
+"""A model of the processing limit of the authors' computer: periods lost at the start of a motion (IV-E).
 
 "There was some delay in marker detection to blinker ID recognition when confronted with an abundance of event
-data", and "shorter distances in this experiment meant shorter evaluation periods" (IV-E). Read so: a period is
-buffered, then worked through at so many events a second; SORT with its published settings reports a track once it
-was found in HITS periods in a row. The first ID is there when the last of them is through, and the periods from the
-marker's coming into view until then have none. The evaluation of a still marker begins when it is being read, so
-there nothing is lost, however many its events are; its readings are late.
+data", and "shorter distances in this experiment meant shorter evaluation periods" (IV-E). We read this as follows. The
+events of a period are buffered and then processed at a limited rate. SORT with its published settings reports a track
+once it was found in `HITS` periods in a row. The first ID is known when the last of these periods is processed; all
+periods from the marker's entering until then have no ID. The evaluation of a still marker begins when its ID is
+already being read, so nothing is lost there, however many events there are; its readings are only late.
 """
 
 from __future__ import annotations
@@ -23,18 +23,25 @@ HITS = 3  # SORT's min_hits, as published
 def periods_lost(
     mev_per_s: float, rng: np.random.Generator, limit_mev_per_s: float | None = None, hits: int = HITS
 ) -> int:
-    """A rate of events in; periods without a reading since the marker came into view, or began to turn, out.
+    """Draw the number of periods without an ID after the marker has come into view, or has begun to turn.
 
-    ``hits`` periods are buffered; of the last one's events, `delay_periods` more go by until they are worked
-    through. Where in a period the marker came into view is chance.
+    It is ``floor(hits - 1 + delay + u)``, with `delay_periods` and with u drawn evenly from 0 .. 1, since the marker
+    may come into view anywhere in a period.
 
     Parameters
     ----------
     mev_per_s : float
-    rng : numpy Generator
+        Rate of events [Mev/s].
+    rng : numpy.random.Generator
+        Chance for u.
     limit_mev_per_s : float, optional
-        What the PC works through; None takes the one in `constants.csv`.
+        Rate at which the computer processes events [Mev/s]; None takes the one in `constants.csv`.
     hits : int
+        Number of periods in a row in which a track must be found.
+
+    Returns
+    -------
+    int
 
     Examples
     --------
@@ -45,19 +52,44 @@ def periods_lost(
 
 
 def delay_periods(mev_per_s: float, limit_mev_per_s: float | None = None) -> float:
-    """A rate of events in, the time that one period's events take to be worked through out, in periods.
+    """Return how long the events of one period are processed.
+
+    Parameters
+    ----------
+    mev_per_s : float
+        Rate of events [Mev/s].
+    limit_mev_per_s : float, optional
+        Rate at which the computer processes events [Mev/s]; None takes the one in `constants.csv`.
+
+    Returns
+    -------
+    float
+        Processing time, in periods.
 
     Raises
     ------
     ValueError
-        A limit that is not above 0.
+        If the limit is not above 0.
     """
     limit = constant("processing_mev_per_s") if limit_mev_per_s is None else limit_mev_per_s
     if not limit > 0:
-        raise ValueError(f"limit_mev_per_s={limit} works through nothing; choose more than 0 Mev/s")
+        raise ValueError(f"limit_mev_per_s={limit} processes no events; choose more than 0 Mev/s")
     return mev_per_s / limit
 
 
 def delay_ms(mev_per_s: float, limit_mev_per_s: float | None = None) -> float:
-    """A rate of events in, how late a period's reading is behind its end out [ms]."""
+    """Return how long after the end of a period its reading is known.
+
+    Parameters
+    ----------
+    mev_per_s : float
+        Rate of events [Mev/s].
+    limit_mev_per_s : float, optional
+        As in `delay_periods`.
+
+    Returns
+    -------
+    float
+        Delay [ms].
+    """
     return delay_periods(mev_per_s, limit_mev_per_s) * paper.DELTA_T_WHOLE_US / 1e3

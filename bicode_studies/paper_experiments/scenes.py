@@ -1,12 +1,10 @@
-"""IV: what stood where.   condition, seed -> scene
+"""The scenes of the experiments of section IV: what a condition and a seed put before the camera.
 
-A condition is what the paper varies; a seed is everything it does not tell: payload, phase of the packet, place
-between the pixels, which part of the pan, where the turn begins.
+A condition holds what the paper states and varies. A seed draws what it does not state: payload, phase of the packet,
+place between the pixels, the part of the pan that is recorded, and the angle at which a turn begins.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,63 +15,45 @@ from bicode_lab.camera.optics import OFFICE_INFRARED_SHARE
 from bicode_lab.constants import constant
 from bicode_lab.marker import Board, Marker
 from bicode_lab.recognition import ReceiverSettings
+from bicode_studies.paper_experiments.conditions import Condition
 
-WALL_M = 5.0  # where the wall is, at least
-WALL_BEHIND = 1.25  # times as far as the marker, at least
-WALL_PICTURE, WALL_CONTRAST = "camera", 0.039  # as dense as a real recording, 0.11 Mev/s at 0.314 m/s and 2.5 m
-STRATA = 10  # seeds share a pan evenly
-
-
-@dataclass(frozen=True, kw_only=True)
-class Condition:
-    """What one cell of an experiment is set to; the defaults are those of IV-A.
-
-    Parameters
-    ----------
-    figure : str
-        "08" .. "14".
-    distance_m, size_m, current_ma : float
-    band : {"red", "infrared"}
-        The LED; with the infrared one the IR88 filter is on and the lens at F2.0 (III-B).
-    illuminance_lux : float
-    yaw_deg : float
-        Angle between the marker's normal and the optical axis (IV-B).
-    speed_m_per_s : float
-        Tangential speed of the pan at the marker's distance (IV-E); 0 stands still.
-    rpm : float
-        Of the marker in its plane (IV-F).
-    duration_s : float
-        Of the recording.
-    """
-
-    figure: str
-    distance_m: float
-    size_m: float = 0.05
-    current_ma: float = 10.7
-    band: str = "red"
-    illuminance_lux: float = paper.OFFICE_LUX
-    yaw_deg: float = 0.0
-    speed_m_per_s: float = 0.0
-    rpm: float = 0.0
-    duration_s: float = 0.66
-
-    @property
-    def moves(self) -> bool:
-        """Whether camera or marker move."""
-        return bool(self.speed_m_per_s or self.rpm)
+WALL_M = 5.0  # least distance of the wall behind the marker [m] ...
+WALL_BEHIND = 1.25  # ... and its least distance in distances of the marker
+WALL_PICTURE, WALL_CONTRAST = (
+    "camera",
+    0.039,
+)  # makes as many events as a real recording, 0.11 Mev/s at 0.314 m/s, 2.5 m
+STRATA = 10  # parts of equal length that a pan is divided into; seed n records from part n modulo 10
 
 
 def optics_of(condition: Condition) -> Optics:
-    """A condition in, lens and filter out."""
+    """Return the lens and the filter of a condition (III-B).
+
+    Parameters
+    ----------
+    condition : Condition
+
+    Returns
+    -------
+    Optics
+    """
     if condition.band == "infrared":
         return Optics(f_number=paper.F_NUMBER_INFRARED, infrared_filter=True)
     return Optics(f_number=paper.F_NUMBER_VISIBLE)
 
 
 def light_of(condition: Condition) -> Light:
-    """A condition in, the light out: lamps up to the office's illuminance, daylight above.
+    """Return the ambient light of a condition: lamps up to the illuminance of the office, daylight above it.
 
-    Daylight has more beyond the visible than lamps, and a sensor without a filter sees all of it.
+    Daylight has a larger share of infrared than lamps, and a sensor without a filter responds to all of it.
+
+    Parameters
+    ----------
+    condition : Condition
+
+    Returns
+    -------
+    Light
     """
     place = "office" if condition.illuminance_lux <= paper.OFFICE_LUX else "evening"
     if condition.band == "infrared":
@@ -84,7 +64,20 @@ def light_of(condition: Condition) -> Light:
 
 
 def scene_of(condition: Condition, seed: int) -> Scene:
-    """A condition and a seed in, the scene out; its recording begins `begins_at_s` after the pan did."""
+    """Make the scene of a trial.
+
+    Parameters
+    ----------
+    condition : Condition
+    seed : int
+        Seed of the payload (1 .. 255), of the phase of the packet, of the place within a pixel, of the part of the
+        pan, and of the angle at which a turn begins.
+
+    Returns
+    -------
+    Scene
+        Its time 0 is `recording_start_s` after the pan has begun.
+    """
     rng = np.random.default_rng([seed, 1])
     optics = optics_of(condition)
     x, y = rng.uniform(-0.5, 0.5, 2) * condition.distance_m / optics.focal_px
@@ -95,12 +88,12 @@ def scene_of(condition: Condition, seed: int) -> Scene:
         band="infrared" if condition.band == "infrared" else "visible",
         phase_us=float(rng.uniform(0, paper.PACKET_US)),
     )
-    turned = float(rng.uniform(0, 360)) if condition.rpm else 0.0
-    pose = Pose.facing(condition.distance_m, x_m=float(x), y_m=float(y), yaw_deg=condition.yaw_deg, roll_deg=turned)
+    turned_deg = float(rng.uniform(0, 360)) if condition.rpm else 0.0
+    pose = Pose.facing(condition.distance_m, x_m=float(x), y_m=float(y), yaw_deg=condition.yaw_deg, roll_deg=turned_deg)
     path = spin(pose, condition.rpm) if condition.rpm else Still(pose)
     return Scene(
         markers=(PlacedMarker(marker=marker, path=path),),
-        camera=_camera(condition, seed),
+        camera=_camera_path(condition, seed),
         optics=optics,
         light=light_of(condition),
         wall=_wall(condition) if condition.speed_m_per_s else None,
@@ -108,42 +101,74 @@ def scene_of(condition: Condition, seed: int) -> Scene:
 
 
 def half_pan_deg(condition: Condition) -> float:
-    """A condition in; how far from the optical axis the marker is when it is wholly in view for the last time out."""
+    """Return the largest angle from the optical axis at which the marker is still wholly in view.
+
+    Parameters
+    ----------
+    condition : Condition
+
+    Returns
+    -------
+    float
+        Angle [deg]; a pan goes from minus this to plus this.
+    """
     optics = optics_of(condition)
     edge = optics.width / 2 / optics.focal_px - condition.size_m / condition.distance_m
     return float(np.rad2deg(np.arctan(edge)))
 
 
-def whole_s(condition: Condition) -> float:
-    """A condition that moves in; how long the pan from entering to leaving, or half a turn, takes, out."""
+def motion_duration_s(condition: Condition) -> float:
+    """Return how long the whole motion takes: the pan from the marker's entering to its leaving, or half a turn.
+
+    Parameters
+    ----------
+    condition : Condition
+        One that moves.
+
+    Returns
+    -------
+    float
+        Duration [s].
+    """
     if condition.rpm:
         return 30 / condition.rpm
     return float(np.deg2rad(2 * half_pan_deg(condition)) * condition.distance_m / condition.speed_m_per_s)
 
 
-def begins_at_s(condition: Condition, seed: int) -> float:
-    """A condition and a seed in; how long after the marker has come into view, or begun to turn, the recording begins.
+def recording_start_s(condition: Condition, seed: int) -> float:
+    """Return how long after the start of the motion the recording begins.
 
-    The seeds of a pan share it evenly, each at a random place of its part; a turn is recorded from its start.
+    Each seed of a pan records from a random place in one of `STRATA` parts of equal length, so that the seeds cover
+    the whole pan evenly. A turn is recorded from its start.
+
+    Parameters
+    ----------
+    condition : Condition
+    seed : int
+
+    Returns
+    -------
+    float
+        Time from the marker's entering to the start of the recording [s]; 0 without a pan.
     """
     if not condition.speed_m_per_s:
         return 0.0
-    rest_s = max(whole_s(condition) - condition.duration_s, 0.0)
+    rest_s = max(motion_duration_s(condition) - condition.duration_s, 0.0)
     at = (seed % STRATA + np.random.default_rng([seed, 4]).random()) / STRATA
     return float(at * rest_s)
 
 
-def _camera(condition: Condition, seed: int) -> Path:
-    """The camera's path; it pans from one side to the other while the marker passes."""
+def _camera_path(condition: Condition, seed: int) -> Path:
+    """Return the path of the camera, which pans from one side to the other while it passes the marker."""
     if not condition.speed_m_per_s:
         return Still()
     rate_deg_per_s = np.rad2deg(condition.speed_m_per_s / condition.distance_m)
-    start_deg = -half_pan_deg(condition) + rate_deg_per_s * begins_at_s(condition, seed)
+    start_deg = -half_pan_deg(condition) + rate_deg_per_s * recording_start_s(condition, seed)
     return pan(condition.speed_m_per_s, condition.distance_m, start_deg=float(start_deg))
 
 
 def _wall(condition: Condition) -> Wall:
-    """A texture behind the marker whose points are as wide as a pixel wherever it stands."""
+    """Return the textured wall behind the marker; a point of its texture is one pixel wide at any distance."""
     distance_m = max(WALL_M, WALL_BEHIND * condition.distance_m)
     texel_m = distance_m / optics_of(condition).focal_px
     return textured_wall(WALL_PICTURE, contrast=WALL_CONTRAST, distance_m=distance_m, texel_m=texel_m)

@@ -9,8 +9,8 @@ import pytest
 
 from bicode_lab.events import make_events
 from bicode_studies.paper_experiments.background_rate import rates_mev_per_s, recording_rates, wall_rates
+from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.paper_experiments.grids import PERIODS, conditions
-from bicode_studies.paper_experiments.scenes import Condition
 
 
 def test_rates_of_even_events_are_their_rate_however_they_are_cut() -> None:

@@ -11,9 +11,11 @@ import pytest
 from bicode_lab import paper
 from bicode_studies.claims.figure_claims import NOON_LUX
 from bicode_studies.paper_experiments import trial_rows as trials
-from bicode_studies.paper_experiments.grids import conditions, run_trial, seeds
-from bicode_studies.paper_experiments.scenes import Condition, whole_s
-from bicode_studies.paper_experiments.trial_rows import BOTH_FRAMES, PERIOD_S
+from bicode_studies.paper_experiments.conditions import Condition
+from bicode_studies.paper_experiments.grids import conditions, seeds
+from bicode_studies.paper_experiments.scenes import motion_duration_s
+from bicode_studies.paper_experiments.trial_rows import BOTH_FRAMES, run_trial
+from bicode_studies.trial import PERIOD_S
 
 ROW_22_M = [0.5, 1, 2.5, 5, 7.5, 10, 15, 20, 25, 30, 35, 40, 50]  # physics.md
 CLAIMS = pd.read_csv(
@@ -158,7 +160,7 @@ def test_motion_loses_the_first_periods_of_the_whole_way(
 ) -> None:
     monkeypatch.setattr(trials, "periods_lost", lambda *_: lost)
     condition = cheap(figure)
-    way_periods = whole_s(condition) / PERIOD_S
+    way_periods = motion_duration_s(condition) / PERIOD_S
     ours, _, authors = run_trial(condition, seed=0)
     assert ours["id_right"] == 3
     assert authors["id_right"] == pytest.approx(3 * max(0, 1 - lost / way_periods), abs=1e-3)

@@ -1,4 +1,4 @@
-"""Rates beside losses, and a box that is late: what must come out whatever the camera's constants are."""
+"""Losses beside rates of events, and late boxes: laws that hold for all constants of the camera."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bicode_lab.boxes import Box
 from bicode_lab.camera import record
+from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.grids import conditions
 from bicode_studies.paper_experiments.motion_loss import (
     at_distances,
     box_of,
     expected_overlap,
+    ids_in_box,
     lag_table,
-    overlap,
     rate_and_loss,
-    read_in,
 )
-from bicode_studies.paper_experiments.scenes import Condition, scene_of
-from bicode_studies.paper_experiments.trial_rows import PERIOD_S, receiver_settings
+from bicode_studies.paper_experiments.scenes import scene_of
+from bicode_studies.trial import PERIOD_S
 
 STILL = Condition(figure="08", distance_m=2.5)
 
@@ -56,14 +57,16 @@ def test_the_overlap_of_a_panned_box_is_the_same_at_every_distance(lag: int, dis
     settings, scene = receiver_settings(pan), scene_of(pan, 5)
     late = box_of(scene, -lag * settings.delta_t_whole_us, settings)
     rounding = 4 / (0.05 * 1646 / distance_m)  # boxes are whole pixels
-    assert overlap(box_of(scene, 0, settings), late) == pytest.approx(expected_overlap(0.314, lag), abs=rounding)
+    now = box_of(scene, 0, settings)
+    assert now.shared_area(late) / now.area == pytest.approx(expected_overlap(0.314, lag), abs=rounding)
 
 
 def test_a_spinning_marker_stays_in_its_box() -> None:
     spin = next(c for c in conditions("14") if c.distance_m == 1.0 and c.rpm == 64)
     settings, scene = receiver_settings(spin), scene_of(spin, 0)
     now = box_of(scene, 0, settings)
-    shares = [overlap(now, box_of(scene, -lag * settings.delta_t_whole_us, settings)) for lag in range(20)]
+    late = [box_of(scene, -lag * settings.delta_t_whole_us, settings) for lag in range(20)]
+    shares = [now.shared_area(box) / now.area for box in late]
     assert min(shares) > 0.45  # an upright box around a turned square is at most twice as large
 
 
@@ -71,9 +74,9 @@ def test_an_id_is_read_in_the_marker_s_box_and_none_beside_it_or_off_the_sensor(
     settings, scene = receiver_settings(STILL), scene_of(STILL, 1)
     events = record(scene, PERIOD_S, np.random.default_rng(0))
     x, y, w, h = box_of(scene, 0, settings)
-    assert read_in(events, (x, y, w, h), 0, settings) == {scene.markers[0].marker.payload}
-    assert read_in(events, (x + 200, y, w, h), 0, settings) == set()
-    assert read_in(events, (-50, y, 40, h), 0, settings) == set()
+    assert ids_in_box(events, Box(x, y, w, h), 0, settings) == {scene.markers[0].marker.payload}
+    assert ids_in_box(events, Box(x + 200, y, w, h), 0, settings) == set()
+    assert ids_in_box(events, Box(-50, y, 40, h), 0, settings) == set()
 
 
 def test_a_box_that_is_late_by_nothing_reads_all_and_one_that_misses_reads_none() -> None:

@@ -9,16 +9,16 @@ from bicode_lab import paper
 from bicode_lab.camera import truth_at
 from bicode_lab.camera.optics import ambient_signal
 from bicode_lab.constants import constant
+from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.paper_experiments.grids import conditions, seeds
 from bicode_studies.paper_experiments.scenes import (
     STRATA,
-    Condition,
-    begins_at_s,
     half_pan_deg,
     light_of,
+    motion_duration_s,
     optics_of,
+    recording_start_s,
     scene_of,
-    whole_s,
 )
 
 PANS, SPINS = conditions("12"), conditions("14")
@@ -94,7 +94,7 @@ def test_each_stretch_of_a_pan_has_the_marker_in_view_from_its_beginning_to_its_
 def test_stretches_share_the_pan_from_entering_to_leaving(condition: Condition) -> None:
     way_s = whole_pan_s(condition)
     rest_s = max(way_s - condition.duration_s, 0.0)
-    begins_s = np.array([begins_at_s(condition, seed) for seed in seeds(condition)])
+    begins_s = np.array([recording_start_s(condition, seed) for seed in seeds(condition)])
     parts = np.clip(np.floor(begins_s / (rest_s / STRATA)), 0, STRATA - 1) if rest_s else np.arange(STRATA)
     # as many in each tenth: the first enters, the last leaves
     assert sorted(parts) == sorted(list(range(STRATA)) * (begins_s.size // STRATA))
@@ -108,8 +108,8 @@ def test_stretches_share_the_pan_from_entering_to_leaving(condition: Condition) 
 
 @pytest.mark.parametrize("condition", PANS, ids=name_of)
 def test_a_whole_pan_has_the_marker_wholly_in_view_and_no_more(condition: Condition) -> None:
-    scene, early_s = scene_of(condition, 0), begins_at_s(condition, 0)
-    for end_s in (-early_s, whole_s(condition) - early_s):
+    scene, early_s = scene_of(condition, 0), recording_start_s(condition, 0)
+    for end_s in (-early_s, motion_duration_s(condition) - early_s):
         corners_px = truth_at(scene, end_s * 1e6)[0].corners_px
         beyond_px = min(corners_px[:, 0].min(), optics_of(condition).width - 1 - corners_px[:, 0].max())
         side_px = condition.size_m / condition.distance_m * optics_of(condition).focal_px
@@ -118,7 +118,7 @@ def test_a_whole_pan_has_the_marker_wholly_in_view_and_no_more(condition: Condit
 
 @pytest.mark.parametrize("condition", SPINS, ids=name_of)
 def test_a_whole_turn_is_its_recording(condition: Condition) -> None:
-    assert whole_s(condition) == condition.duration_s
+    assert motion_duration_s(condition) == condition.duration_s
 
 
 @pytest.mark.parametrize("condition", [PANS[0], PANS[-1]], ids=name_of)
@@ -135,7 +135,7 @@ def test_a_spin_turns_by_half_a_turn_in_its_plane(condition: Condition) -> None:
     first, last = (scene_of(condition, 2).markers[0].path.pose_at(t_s) for t_s in (0.0, condition.duration_s))
     turn = first.rotation.T @ last.rotation
     assert np.allclose(turn, np.diag([-1, -1, 1]), atol=1e-6)
-    assert begins_at_s(condition, 2) == 0.0
+    assert recording_start_s(condition, 2) == 0.0
 
 
 def test_only_a_pan_has_a_wall_and_it_stands_behind_the_marker() -> None:

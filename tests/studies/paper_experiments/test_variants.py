@@ -1,4 +1,4 @@
-"""The notebooks' trials: scenes as changed, one recording for all receivers, in a small view to be quick."""
+"""Trials of changed scenes: one recording serves all receivers. The sensor is small, so that they are quick."""
 
 from dataclasses import replace
 
@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bicode_lab.soft_receiver import SoftSettings
-from bicode_studies.paper_experiments.scenes import Condition, scene_of
-from bicode_studies.paper_experiments.trial_rows import receiver_settings
-from bicode_studies.paper_experiments.variants import glimpse, read_with, with_pattern
+from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
+from bicode_studies.paper_experiments.scenes import scene_of
+from bicode_studies.paper_experiments.variants import read_with, sample_frame_2d, with_pattern
 from bicode_studies.statistics import accuracy_curves
 
 WIDTH, HEIGHT = 160, 120
@@ -67,8 +67,11 @@ def test_curves_have_both_kinds_with_intervals(read):
     assert ((curves["low"] <= curves["accuracy"]) & (curves["accuracy"] <= curves["high"])).all()
 
 
-def test_a_glimpse_is_of_the_first_frame_and_a_dark_one_is_empty():
-    seen, unlit = glimpse(NEAR), glimpse(NEAR, changed=lambda scene: replace(dark(scene), optics=scene.optics))
+def test_a_sample_is_of_the_first_frame_and_a_dark_one_is_empty():
+    seen, unlit = (
+        sample_frame_2d(NEAR),
+        sample_frame_2d(NEAR, changed=lambda scene: replace(dark(scene), optics=scene.optics)),
+    )
     assert seen.found is None or seen.found.id == seen.truth.aruco_id
     w = seen.box_px(10)[2]
     assert np.count_nonzero(seen.frame) > 0
