@@ -1,4 +1,4 @@
-"""What constants were fitted to, and curves of events a blink; draws tables of `evaluation`."""
+"""Plots of the calibration: misfits of candidates, accuracies over a constant, and curves of events per blink."""
 
 from __future__ import annotations
 
@@ -10,21 +10,28 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter, NullLocator
 
 STYLES = (("#0072B2", "o", "-"), ("#D55E00", "s", "--"), ("#009E73", "^", "-."), ("#CC79A7", "D", ":"))
+LEAST_EVENTS = 0.1  # of a blink; points below are not drawn
 
 
 def draw_misfit(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, most: float) -> Axes:
-    """Candidates' misfits in; a point for each over one of its constants, and the value in use as a line, out.
+    """Draw the misfit of each candidate over one of its constants, and the value in use as a line.
 
     Parameters
     ----------
     table : DataFrame
-        As `calibration.calibrate` gives it: the constants, ``blocks``, cells (nan where it was given up), ``sum``.
+        As `search.calibrate` returns it: the constants, ``blocks``, cells (nan where a candidate was given up),
+        ``sum``.
     in_use : float
+        The value in use of the constant.
     ax : Axes
     by : str
-        The constant.
+        Name of the constant.
     most : float
-        Where the axis ends; a misfit above is drawn there.
+        End of the axis of misfits; larger misfits are drawn there.
+
+    Returns
+    -------
+    Axes
     """
     given_up = table.isna().any(axis=1)
     again = ~given_up & (table["blocks"] > table["blocks"].min())
@@ -36,20 +43,28 @@ def draw_misfit(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, most: 
     for label, rows, style in kinds:
         ax.plot(table.loc[rows, by], table.loc[rows, "sum"].clip(upper=most), linestyle="none", label=label, **style)
     ax.axvline(in_use, color="black", linewidth=1, label="in use")
-    ax.set(xlabel=by, ylabel="what Fig. 8's claims lack (sum)", ylim=(0, most * 1.04))
+    ax.set(xlabel=by, ylabel="misfit of Fig. 8's claims (sum)", ylim=(0, most * 1.04))
     return ax
 
 
 def draw_readings(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, xlabel: str) -> Axes:
-    """Accuracies over a constant's values in; a curve with 95 % bars for each group, the value in use as a line, out.
+    """Draw accuracies over the values of a constant, with 95 % intervals, and the value in use as a line.
 
     Parameters
     ----------
     table : DataFrame
         ``value``, ``accuracy``, ``low``, ``high``, and the column `by`, whose values name the curves.
     in_use : float
+        The value in use of the constant.
     ax : Axes
-    by, xlabel : str
+    by : str
+        Name of the column that tells the curves apart.
+    xlabel : str
+        Label of the axis of values.
+
+    Returns
+    -------
+    Axes
     """
     for (name, group), (color, mark, line) in zip(table.groupby(by, sort=False), STYLES, strict=False):
         bars = [group["accuracy"] - group["low"], group["high"] - group["accuracy"]]
@@ -67,21 +82,27 @@ def draw_readings(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, xlab
 def draw_blinks(
     curves: Mapping[str, pd.DataFrame], ax: Axes, *, measured: Mapping[str, pd.DataFrame] | None = None
 ) -> Axes:
-    """Curves of events a blink by name in, lines out; measured ones, in the order of the others, hollow and black.
+    """Draw the events per blink over the rate of blinking, simulated curves as lines and measured ones as points.
 
     Parameters
     ----------
-    curves, measured : mapping of name to DataFrame
-        Columns ``blink_hz`` and ``events``, see `blink_response`; points below a tenth of an event are not drawn.
+    curves : mapping of str to DataFrame
+        By name: ``blink_hz`` and ``events``, see `real_light.blink_response`.
     ax : Axes
+    measured : mapping of str to DataFrame, optional
+        The same of a real camera, in the order of the curves; drawn hollow and black.
+
+    Returns
+    -------
+    Axes
     """
     for (name, curve), (color, mark, line) in zip(curves.items(), STYLES, strict=False):
-        seen = curve[curve["events"] >= 0.1]
+        seen = curve[curve["events"] >= LEAST_EVENTS]
         ax.plot(seen["blink_hz"], seen["events"], color=color, marker=mark, linestyle=line, label=name)
     for (name, curve), (_, mark, _) in zip((measured or {}).items(), STYLES, strict=False):
         ax.plot(curve["blink_hz"], curve["events"], linestyle="none", marker=mark, color="black",
                 markerfacecolor="none", label=name)  # fmt: skip
-    ax.set(xscale="log", yscale="log", xlabel="blinks a second (Hz)", ylabel="events a blink")
+    ax.set(xscale="log", yscale="log", xlabel="blinks per second (Hz)", ylabel="events per blink")
     ax.yaxis.set_minor_formatter(NullFormatter())
     ax.legend(fontsize=9)
     return ax

@@ -7,8 +7,9 @@ from pathlib import Path
 import click
 
 from bicode_lab.constants import constant
-from bicode_studies.calibration.other_claims import WANTED, fitted
-from bicode_studies.calibration.search import DRAWS, calibrate, in_the_file, judge
+from bicode_studies.calibration.candidates import candidate_in_use
+from bicode_studies.calibration.other_claims import WANTED, fit_constant
+from bicode_studies.calibration.search import DRAWS, calibrate, candidate_row
 from bicode_studies.paper_experiments.figure_table import default_jobs
 from bicode_studies.repository import repository_root
 
@@ -32,11 +33,11 @@ def calibrate_command(draws: int, jobs: int | None, out: Path | None, only_curre
     """
     if beyond:
         for name in (*WANTED, "processing_mev_per_s"):
-            click.echo(f"{name}: {fitted(name):g} (in the file: {constant(name):g})")
+            click.echo(f"{name}: {fit_constant(name):g} (in the file: {constant(name):g})")
         return 0
     store = repository_root() / STORE
     jobs = jobs or default_jobs()
-    found = judge(in_the_file(), store, jobs) if only_current else calibrate(store, jobs, draws)
+    found = candidate_row(candidate_in_use(), store, jobs) if only_current else calibrate(store, jobs, draws)
     click.echo(found.round(3).head(10).T.to_string(header=False))
     if out or not only_current:
         path = out or repository_root() / TABLE

@@ -1,4 +1,4 @@
-"""What three claims see of the constants they fix: more glow reads farther, more background less, a slow PC less."""
+"""The constants that other claims determine: more glow reads farther, more background less far, a slow PC less."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bicode_studies.calibration.other_claims import (
     accuracy_in_time,
     accuracy_over,
     conditions_of,
-    fitted,
+    fit_constant,
     turning_rate_mev_per_s,
     with_value,
 )
@@ -62,15 +62,15 @@ def test_a_constant_is_fitted_to_where_its_claim_s_accuracies_sum_to_what_is_wan
 
     monkeypatch.setattr(constant_readings, "accuracy_over", read)
     span = np.log(all_constants()[name].high / all_constants()[name].low)
-    assert abs(np.log(fitted(name) / right)) < span / 2**constant_readings.HALVINGS
+    assert abs(np.log(fit_constant(name) / right)) < span / 2**constant_readings.HALVINGS
 
 
 def test_the_computer_is_as_fast_as_the_nearest_marker_asks_for() -> None:
-    limit = fitted("processing_mev_per_s")
+    limit = fit_constant("processing_mev_per_s")
     rate = turning_rate_mev_per_s(0.5, 64.0, FIRST_SEED)
     assert accuracy_in_time(rate, limit, 64) == pytest.approx(constant_readings.MORE_THAN_70, abs=0.002)
     with pytest.raises(ValueError, match="name='blur_px' is not fitted here"):
-        fitted("blur_px")
+        fit_constant("blur_px")
 
 
 def test_a_near_marker_makes_more_events_and_loses_more_periods() -> None:

@@ -1,4 +1,4 @@
-"""The fit to Fig. 8: what is drawn, what a candidate changes, what a misfit is, and in which order it is searched."""
+"""The fit to Fig. 8: how candidates are drawn, what a candidate changes, the misfit, and the order of the search."""
 
 from __future__ import annotations
 
@@ -13,25 +13,19 @@ import pytest
 from bicode_lab import paper
 from bicode_lab.constants import all_constants, constant
 from bicode_studies.calibration import search as calibration
-from bicode_studies.calibration.search import (
-    CELLS,
-    FIRST_SEED,
+from bicode_studies.calibration.candidates import (
     NAMES,
-    NEAR_PX,
     Candidate,
-    Cell,
-    calibrate,
+    candidate_in_use,
     candidate_scene,
-    cell_accuracy,
-    cell_name,
-    drawn_candidates,
-    in_the_file,
-    misfit,
-    neighbours,
-    try_candidate,
+    draw_candidates,
+    draw_neighbours,
 )
+from bicode_studies.calibration.cells import CELLS, NEAR_PX, Cell, cell_accuracy, cell_name, misfit
+from bicode_studies.calibration.search import FIRST_SEED, calibrate, try_candidate
+from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.paper_experiments.grids import conditions, seeds
-from bicode_studies.paper_experiments.scenes import Condition, scene_of
+from bicode_studies.paper_experiments.scenes import scene_of
 from bicode_studies.sweep.sweep import Sweep
 
 WORSE = [  # a cell, what would be wrong of it, and the claims that must notice
@@ -53,8 +47,8 @@ PLAIN = Candidate(
 
 
 def test_candidates_are_drawn_from_the_ranges_of_the_file() -> None:
-    drawn = drawn_candidates(400, np.random.default_rng(0))
-    assert drawn == drawn_candidates(400, np.random.default_rng(0))
+    drawn = draw_candidates(400, np.random.default_rng(0))
+    assert drawn == draw_candidates(400, np.random.default_rng(0))
     for name in NAMES:
         low, high = all_constants()[name].low, all_constants()[name].high
         values = np.array([getattr(one, name) for one in drawn], float)
@@ -69,7 +63,7 @@ def test_candidates_are_drawn_from_the_ranges_of_the_file() -> None:
 
 def test_neighbours_keep_the_pattern_and_stay_in_the_ranges() -> None:
     edge = replace(PLAIN, blur_px=all_constants()["blur_px"].high)
-    near = neighbours(edge, 200, np.random.default_rng(1))
+    near = draw_neighbours(edge, 200, np.random.default_rng(1))
     assert {(one.aruco_id, one.min_region_pixels) for one in near} == {(PLAIN.aruco_id, PLAIN.min_region_pixels)}
     assert max(one.blur_px for one in near) == edge.blur_px
     low, high = all_constants()["time_constant_us"].low, all_constants()["time_constant_us"].high
@@ -79,9 +73,9 @@ def test_neighbours_keep_the_pattern_and_stay_in_the_ranges() -> None:
 
 
 def test_the_file_is_the_candidate_in_use() -> None:
-    assert vars(in_the_file()) == {name: constant(name) for name in vars(in_the_file())}
+    assert vars(candidate_in_use()) == {name: constant(name) for name in vars(candidate_in_use())}
     scene = scene_of(Condition(figure="08", distance_m=2.5), seed=3)
-    same = candidate_scene(scene, in_the_file(), (scene.optics.width, scene.optics.height))
+    same = candidate_scene(scene, candidate_in_use(), (scene.optics.width, scene.optics.height))
     assert same.light == scene.light
     assert same.optics == scene.optics
     assert same.pixel_model == scene.pixel_model
@@ -103,7 +97,7 @@ def test_a_candidates_scene_has_its_values_and_nothing_else_is_changed() -> None
     assert after.path == before.path
     assert (after.marker.payload, after.marker.phase_us) == (before.marker.payload, before.marker.phase_us)
     assert after.marker.current_ma == 21.3
-    back = candidate_scene(changed, in_the_file(), (scene.optics.width, scene.optics.height))
+    back = candidate_scene(changed, candidate_in_use(), (scene.optics.width, scene.optics.height))
     assert back.light == scene.light
     assert back.optics == scene.optics
     assert back.pixel_model == scene.pixel_model

@@ -9,18 +9,10 @@ import pandas as pd
 import pytest
 
 from bicode_lab.constants import constant
+from bicode_studies.calibration.candidates import EARLIER, Candidate, candidate_in_use
+from bicode_studies.calibration.cells import CELLS, cell_name
 from bicode_studies.calibration.other_claims import WANTED
-from bicode_studies.calibration.search import (
-    AGAIN,
-    BEST,
-    CELLS,
-    EARLIER,
-    NEIGHBOURS,
-    ROUNDS,
-    Candidate,
-    cell_name,
-    in_the_file,
-)
+from bicode_studies.calibration.search import AGAIN, BEST, NEIGHBOURS, ROUNDS
 from bicode_studies.cli import calibrate as command_calibrate
 from bicode_studies.cli.main import main
 from bicode_studies.sweep.sweep import Sweep
@@ -65,8 +57,8 @@ def test_only_the_files_constants_are_tried_and_nothing_is_written(
 ) -> None:
     code, out, err = run("--only-current", "--jobs", "1")
     assert (code, err) == (0, "")
-    assert tried == [(in_the_file(), block) for block in AGAIN]
-    assert f"{in_the_file().blur_px:g}" in out
+    assert tried == [(candidate_in_use(), block) for block in AGAIN]
+    assert f"{candidate_in_use().blur_px:g}" in out
     assert not list(tmp_path.iterdir())
 
 
@@ -88,11 +80,11 @@ def test_the_table_goes_where_it_is_asked_to(
     path = tmp_path / "mine.csv"
     assert run("--only-current", "--jobs", "1", "--out", str(path))[0] == 0
     (row,) = pd.read_csv(path).to_dict("records")
-    assert row["blur_px"] == in_the_file().blur_px
+    assert row["blur_px"] == candidate_in_use().blur_px
 
 
 def test_what_fig_8_cannot_see_is_fitted_to_its_claims(run: Calibrate, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command_calibrate, "fitted", lambda name: float(len(name)))
+    monkeypatch.setattr(command_calibrate, "fit_constant", lambda name: float(len(name)))
     code, out, _ = run("--beyond")
     assert code == 0
     assert [line.split(":")[0] for line in out.splitlines()] == [*WANTED, "processing_mev_per_s"]
