@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+MERGE_AREA = 3.0  # a region up to this many times as large as the box of a 2D marker is that marker's, else clutter
 
 
 class Box(NamedTuple):
@@ -106,3 +109,98 @@ def iou(
     shared: npt.NDArray[np.float64] = np.clip(np.minimum(a1, b1) - np.maximum(a0, b0), 0, None).prod(axis=2)
     together: npt.NDArray[np.float64] = (a1 - a0).prod(axis=2) + (b1 - b0).prod(axis=2) - shared
     return shared / together
+
+
+def merge_boxes(
+    regions: Sequence[Box], markers: Sequence[Box], width: int, height: int
+) -> list[tuple[Box, int | None]]:
+    """Merge each 2D marker's box with the blinking regions that overlap it.
+
+    The merged box is the hull of both, so that it covers a moving marker over the whole period. A region that is
+    more than `MERGE_AREA` times as large as the marker's box, or that overlaps several markers, is clutter and is
+    not merged. A marker without a region keeps its own box.
+
+    Parameters
+    ----------
+    regions, markers : sequence of Box
+        Blinking regions, and boxes of the 2D markers.
+    width, height : int
+        Sensor size [px]; merged boxes are clipped to it.
+
+    Returns
+    -------
+    list of (Box, int or None)
+        The boxes to decode, each with the index of its 2D marker: first one for each marker, then the regions that
+        overlap no marker, with None.
+
+    Examples
+    --------
+    >>> merge_boxes([Box(10, 10, 5, 5), Box(50, 50, 4, 4)], [Box(8, 8, 10, 10)], 100, 100)
+    [(Box(x=8, y=8, w=10, h=10), 0), (Box(x=50, y=50, w=4, h=4), None)]
+    """
+    touched = [[region.overlaps(marker) for marker in markers] for region in regions]
+    merged: list[tuple[Box, int | None]] = []
+    for m, marker in enumerate(markers):
+        box = marker
+        for region, touches in zip(regions, touched, strict=True):
+            if touches[m] and sum(touches) == 1 and region.area <= MERGE_AREA * marker.area:
+                box = box.union(region)
+        merged.append((box.clipped(width, height), m))
+    return merged + [(region, None) for region, touches in zip(regions, touched, strict=True) if not any(touches)]
+
+
+def keep_larger(first: Sequence[Box], second: Sequence[Box]) -> list[Box]:
+    """Join two lists of boxes; where a box of one list overlaps a box of the other, keep the larger one.
+
+    Parameters
+    ----------
+    first, second : sequence of Box
+        Of two boxes with equal areas, the one of `second` is kept.
+
+    Returns
+    -------
+    list of Box
+        The boxes of `first` that are kept, then those of `second`.
+
+    Examples
+    --------
+    >>> keep_larger([Box(10, 10, 3, 3)], [Box(9, 9, 6, 6), Box(200, 9, 5, 5)])
+    [Box(x=9, y=9, w=6, h=6), Box(x=200, y=9, w=5, h=5)]
+    """
+
+    def hides(box: Box, other: Box) -> bool:
+        return box.overlaps(other) and box.area >= other.area
+
+    kept = [box for box in first if not any(hides(other, box) for other in second)]
+    return kept + [box for box in second if not any(hides(other, box) for other in kept)]
+
+
+def overlapping_groups(boxes: Sequence[Box]) -> list[tuple[Box, list[int]]]:
+    """Group boxes until the hulls of no two groups overlap.
+
+    Parameters
+    ----------
+    boxes : sequence of Box
+        Empty boxes belong to no group.
+
+    Returns
+    -------
+    list of (Box, list of int)
+        The hull of each group, and the indices of its members in rising order.
+
+    Examples
+    --------
+    >>> overlapping_groups([Box(0, 0, 4, 4), Box(9, 0, 2, 2), Box(3, 3, 2, 2)])
+    [(Box(x=9, y=0, w=2, h=2), [1]), (Box(x=0, y=0, w=5, h=5), [0, 2])]
+    """
+    groups: list[tuple[Box, list[int]]] = []
+    for i, box in enumerate(boxes):
+        if box.is_empty:
+            continue
+        members = [i]
+        while touching := [group for group in groups if group[0].overlaps(box)]:
+            for group in touching:
+                box, members = box.union(group[0]), group[1] + members
+                groups.remove(group)
+        groups.append((box, sorted(members)))
+    return groups

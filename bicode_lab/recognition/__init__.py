@@ -11,7 +11,6 @@ from bicode_lab.recognition.receiver import (
     PeriodReader,
     ReaderSettings,
     Receiver,
-    lend_boxes,
     recognise,
     start_receiver,
 )
@@ -46,7 +45,6 @@ __all__ = [
     "frame_2d",
     "frames",
     "led_state",
-    "lend_boxes",
     "packet_rows",
     "recognise",
     "settings_for",

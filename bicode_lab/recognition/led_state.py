@@ -9,6 +9,7 @@ than 0 in the bin.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from bicode_lab.events import Events
 from bicode_lab.recognition.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 
 Counts = npt.NDArray[np.int32]
+CountKind = Literal["pixels", "events"]
 
 
 class LedCounter:
@@ -41,7 +43,7 @@ class LedCounter:
         start_us: int,
         n_bins: int,
         delta_t_id_us: int,
-        count: str = "pixels",
+        count: CountKind = "pixels",
     ) -> tuple[Counts, Counts]:
         """Events and boxes in, ON and OFF counts of every box and bin out.
 
@@ -84,7 +86,7 @@ class LedCounter:
 
 
 def count_on_off(
-    events: Events, box: Sequence[int], start_us: int, n_bins: int, delta_t_id_us: int, count: str = "pixels"
+    events: Events, box: Sequence[int], start_us: int, n_bins: int, delta_t_id_us: int, count: CountKind = "pixels"
 ) -> tuple[Counts, Counts]:
     """Events and one box in, ON and OFF counts of each bin out, shape (n_bins,): the curves of Fig. 6.
 

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.boxes import Box
 from bicode_lab.events import Events
 from bicode_lab.marker.board import Glow, aruco_dictionary, square_corners_m
 from bicode_lab.recognition.accumulate import accumulate, count_events
@@ -50,14 +51,14 @@ class Marker2d:
     rvec: Vector
     tvec: Vector
 
-    def box(self, glow: Glow = "black", n_cells: int = 6) -> tuple[int, int, int, int]:
+    def box(self, glow: Glow = "black", n_cells: int = 6) -> Box:
         """The plate's engraving in; the box of all that glows out, x y w h [px]."""
         corners = np.array(self.corners)
         if glow == "white":  # the margin outside the pattern glows, too
             corners = corners.mean(axis=0) + (corners - corners.mean(axis=0)) * (1 + 2 * MARGIN_CELLS / n_cells)
         x0, y0 = np.floor(corners.min(axis=0)).astype(int)
         x1, y1 = np.ceil(corners.max(axis=0)).astype(int)
-        return int(x0), int(y0), int(x1 - x0 + 1), int(y1 - y0 + 1)
+        return Box(int(x0), int(y0), int(x1 - x0 + 1), int(y1 - y0 + 1))
 
 
 def frame_2d(events: Events | CodedEvents, settings: ReceiverSettings) -> npt.NDArray[np.int8] | npt.NDArray[np.int32]:

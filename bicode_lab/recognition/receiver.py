@@ -1,14 +1,14 @@
-"""Fig. 2 as a whole: one period of events, then a stream of them.   events -> sightings
+"""The paper's receiver as a whole (Fig. 2): it reads one period of events after the other.
 
-    events of one period --+-- delta_t_2D ------> frame -> ArUco ---------+   a, b, c
-                           |                                              v
-                           +-- delta_t_blinker -> frames -> regions -> boxes -> tracks   d, e, f
-                           |                                              v
-                           +-- delta_t_ID ------> ON/OFF counts in each box -> packets   g
+A period goes three ways::
 
-Periods are [t0 + k delta_t_whole, ...), t0 the first event. A period's ID uses only packets
-that are whole inside it, as the paper buffers per period; the counts of the period before are
-kept, so that packets across the border are read as well, and each once.
+    frame of delta_t_2D         ArUco markers and their poses                         boxes a, b, c
+    frames of delta_t_blinker   blinking regions, merged with the 2D markers, tracks  boxes d, e, f
+    bins of delta_t_ID          ON and OFF counts of each box, packets                box g
+
+Period k spans [t0 + k delta_t_whole, t0 + (k + 1) delta_t_whole), where t0 is the time of the first event. The ID of a
+period uses only packets that lie whole inside it, as the paper buffers the events per period. The last counts of each
+period are kept, so that a packet across the border between two periods is read as well, and once.
 """
 
 from __future__ import annotations
@@ -20,35 +20,33 @@ from typing import Protocol
 
 import numpy as np
 
+from bicode_lab.boxes import Box, merge_boxes
 from bicode_lab.events import Events, windows
 from bicode_lab.marker.board import aruco_dictionary
 from bicode_lab.marker.manchester import Convention
 from bicode_lab.recognition.decode import REASONS, Packet, Reason, decode_packets
 from bicode_lab.recognition.event_codes import CodedEvents, EventCoder
-from bicode_lab.recognition.led_state import Counts, LedCounter
+from bicode_lab.recognition.led_state import Counts
 from bicode_lab.recognition.marker_2d import Marker2d, find_marker_2d, frame_2d
+from bicode_lab.recognition.periods import PeriodCounter, PeriodGrid, TrackMemories
 from bicode_lab.recognition.regions import RegionFinder
 from bicode_lab.recognition.settings import ReceiverSettings
 from bicode_lab.recognition.sighting import Sighting
-from bicode_lab.recognition.track import Tracker
-
-Box = tuple[int, int, int, int]
-LENT_AREA = 3.0  # a region up to so many times larger than a 2D marker's box is that marker's, else clutter
 
 
 @dataclass
 class _Memory:
-    """What is kept of a track from one period to the next."""
+    """What the receiver remembers of a track from one period to the next."""
 
-    period: int = -2  # number of the period the counts end with
+    period: int = -2  # number of the period that the kept counts end with
     n_on: Counts = field(default_factory=lambda: np.zeros(0, np.int32))
     n_off: Counts = field(default_factory=lambda: np.zeros(0, np.int32))
     convention: Convention | None = None
-    read_until_us: int = -(2**62)  # first ON edge of the last packet that was given out
+    read_until_us: int = -(2**62)  # packets whose first ON edge is no later than this were given out already
 
 
 class Receiver:
-    """The paper's recognition unit (III-B) with its memory: feed it period after period.
+    """The paper's recognition unit (III-B), called with one period of events after the other.
 
     Parameters
     ----------
@@ -58,81 +56,75 @@ class Receiver:
     """
 
     def __init__(self, settings: ReceiverSettings, t0_us: int = 0) -> None:
+        s = settings
         self.settings = settings
-        self.t0_us = t0_us
-        self._coder = EventCoder(settings.width, settings.height)
+        self._grid = PeriodGrid(t0_us=t0_us, period_us=s.delta_t_whole_us, bin_us=s.delta_t_id_us)
+        self._coder = EventCoder(s.width, s.height)
         self._beside = ThreadPoolExecutor(1)  # one thread, which ends with the receiver
-        self._finder = RegionFinder(settings)
-        self._counter = LedCounter(settings.width, settings.height)
-        self._tracker = Tracker(settings.max_age, settings.min_iou)
-        self._memories: dict[int, _Memory] = {}
-        self._next_period = 0
-        self._n_cells = aruco_dictionary(settings.dictionary).markerSize + 2
+        self._finder = RegionFinder(s)
+        self._counter = PeriodCounter(self._grid, s.width, s.height, s.led_count)
+        self._tracks: TrackMemories[_Memory] = TrackMemories(s.max_age, s.min_iou)
+        self._n_cells = aruco_dictionary(s.dictionary).markerSize + 2
 
     def __call__(self, start_us: int, events: Events) -> list[Sighting]:
-        """One period's start [us] and its events in, a sighting for each region that blinks out.
+        """Read one period.
+
+        Parameters
+        ----------
+        start_us : int
+            Start of the period [us]; periods come in the order of time, and those without events may be left out.
+        events : ndarray of EVENT_DTYPE, shape (n,)
+            The events of the period.
+
+        Returns
+        -------
+        list of Sighting
+            One for each 2D marker and each region that blinks.
 
         Raises
         ------
         ValueError
-            Where events lie outside the sensor.
+            If events lie outside the sensor.
         """
         s = self.settings
-        period = (start_us - self.t0_us) // s.delta_t_whole_us
-        self._tracker.skip(period - self._next_period)
-        self._next_period = period + 1
+        period = self._grid.period_at(start_us)
+        self._tracks.start_period(period)
         coded = self._coder(events)
-        looking = self._beside.submit(self._find_markers, coded, start_us) if s.detect_2d else None
-        regions = self._finder(coded, start_us)  # meanwhile: OpenCV and the kernels do not hold Python's lock
-        markers = looking.result() if looking else []
-        boxes = lend_boxes(
-            [(r.x, r.y, r.w, r.h) for r in regions],
+        search = self._beside.submit(self._find_markers, coded, start_us) if s.detect_2d else None
+        regions = self._finder(coded, start_us)  # at the same time: OpenCV and the kernels release Python's lock
+        markers = search.result() if search else []
+        merged = merge_boxes(
+            [region.box for region in regions],
             [marker.box(s.glow, self._n_cells) for marker in markers],
-            s.width, s.height,
-        )  # fmt: skip
-        tracks = self._tracker.update([box for box, _ in boxes])
-        alive = {track.number for track in self._tracker.tracks}
-        self._memories = {number: memory for number, memory in self._memories.items() if number in alive}
-        counts = self._count(coded, [box for box, _ in boxes], start_us)
+            s.width,
+            s.height,
+        )
+        boxes = [box for box, _ in merged]
+        tracks = self._tracks.update(boxes)
+        counts = self._counter(period, coded, boxes)
         sightings = []
-        for (box, which), track, n_on, n_off in zip(boxes, tracks, *counts, strict=True):
-            memory = self._memories.setdefault(track.number, _Memory())
+        for (box, which), track, n_on, n_off in zip(merged, tracks, *counts, strict=True):
+            memory = self._tracks.recall(track, _Memory)
             marker = markers[which] if which is not None else None
             sightings.append(self._sighting(period, track.number, box, marker, memory, n_on, n_off))
         return sightings
 
     def _find_markers(self, events: CodedEvents, start_us: int) -> list[Marker2d]:
-        """Boxes a, b and c."""
+        """Find the 2D markers of the period that starts at `start_us` [us] (boxes a, b and c)."""
         s = self.settings
         return find_marker_2d(frame_2d(events.between(start_us, start_us + s.delta_t_2d_us), s), s)
-
-    def _first_bin(self, period: int) -> int:
-        """Number of the delta_t_ID bin, counted from t0, in which a period starts."""
-        return period * self.settings.delta_t_whole_us // self.settings.delta_t_id_us
-
-    def _count(self, events: CodedEvents, boxes: list[Box], start_us: int) -> tuple[Counts, Counts]:
-        """ON and OFF counts of each box in the bins, counted from t0, that the period touches."""
-        s = self.settings
-        period = (start_us - self.t0_us) // s.delta_t_whole_us
-        first = self._first_bin(period)
-        n_bins = -(-(period + 1) * s.delta_t_whole_us // s.delta_t_id_us) - first
-        if not boxes:
-            return np.zeros((0, n_bins), np.int32), np.zeros((0, n_bins), np.int32)
-        return self._counter(events, boxes, self.t0_us + first * s.delta_t_id_us, n_bins, s.delta_t_id_us, s.led_count)
 
     def _sighting(
         self, period: int, track: int, box: Box, marker: Marker2d | None, memory: _Memory, n_on: Counts, n_off: Counts
     ) -> Sighting:
-        """Box g: one track's counts in, its row out."""
-        s = self.settings
-        period_us = self.t0_us + period * s.delta_t_whole_us
+        """Decode the counts of one track and make its sighting (box g)."""
         inside, border, reason = self._decode(period, memory, n_on, n_off)
         good = [packet for packet in inside if packet.checksum_ok]
         ids = {packet.payload for packet in good}
         if len(ids) > 1:
             reason = "conflict"
         return Sighting(
-            t_us=period_us, track=track, x=box[0], y=box[1], w=box[2], h=box[3],
+            t_us=self._grid.start_us(period), track=track, x=box.x, y=box.y, w=box.w, h=box.h,
             id=good[0].payload if len(ids) == 1 else None,
             reason=None if len(ids) == 1 else reason,
             n_packets=len(good),
@@ -147,18 +139,17 @@ class Receiver:
     def _decode(
         self, period: int, memory: _Memory, n_on: Counts, n_off: Counts
     ) -> tuple[list[Packet], list[Packet], Reason]:
-        """Packets whole inside the period, packets across its start, and the period's reason."""
+        """Return the packets inside the period, those across its start, and why there is no ID if there is none."""
         s = self.settings
-        first = self._first_bin(period)
+        first, period_us = self._grid.first_bin(period), self._grid.start_us(period)
         if memory.period == period - 1:
-            n_on, n_off, first = _joined(memory, n_on, n_off, first, first * s.delta_t_id_us
-                                         < period * s.delta_t_whole_us)  # fmt: skip
+            shares_bin = self._grid.bin_start_us(first) < period_us
+            n_on, n_off, first = _joined(memory, n_on, n_off, first, shares_bin)
         conventions = (memory.convention,) if memory.convention else s.conventions
         packets, why = decode_packets(
-            n_on, n_off, self.t0_us + first * s.delta_t_id_us, s.delta_t_id_us, s.packet_format,
+            n_on, n_off, self._grid.bin_start_us(first), s.delta_t_id_us, s.packet_format,
             conventions=conventions, gate=s.led_gate, latency_us=s.latency_us,
         )  # fmt: skip
-        period_us = self.t0_us + period * s.delta_t_whole_us
         new = [p for p in packets if p.edge_us > memory.read_until_us and p.reason != "cut"]
         inside = [p for p in new if p.start_us >= period_us]
         border = [p for p in new if p.start_us < period_us]
@@ -178,13 +169,14 @@ class Receiver:
         keep = int((f.packet_us + (f.start_bits + 2) * 2 * f.chip_us) / s.delta_t_id_us) + 2
         memory.period, memory.n_on, memory.n_off = period, n_on[-keep:], n_off[-keep:]
         read = {p.manchester for p in new if p.checksum_ok}
-        # Bits that are all alike say nothing of the convention.
+        # A payload of 0 does not tell the convention: its bits are all alike, so that a shift by one chip turns the
+        # chips of one convention into those of the other.
         if len(read) == 1 and memory.convention is None and any(p.payload != 0 for p in new if p.checksum_ok):
             memory.convention = read.pop()
 
 
 def _joined(memory: _Memory, n_on: Counts, n_off: Counts, first: int, shares_bin: bool) -> tuple[Counts, Counts, int]:
-    """Kept and new counts in, one row of both out; a bin across the border is added up."""
+    """Put the kept counts before the new ones; add up the two counts of a bin across the border."""
     kept_on, kept_off = memory.n_on, memory.n_off
     if shares_bin and kept_on.size:
         n_on, n_off = n_on.copy(), n_off.copy()
@@ -192,39 +184,6 @@ def _joined(memory: _Memory, n_on: Counts, n_off: Counts, first: int, shares_bin
         n_off[0] += kept_off[-1]
         kept_on, kept_off = kept_on[:-1], kept_off[:-1]
     return np.concatenate([kept_on, n_on]), np.concatenate([kept_off, n_off]), first - kept_on.size
-
-
-def lend_boxes(regions: list[Box], markers: list[Box], width: int, height: int) -> list[tuple[Box, int | None]]:
-    """Blinking regions and boxes of 2D markers in; boxes to read, each with its marker's number or None, out.
-
-    A 2D marker takes over the regions that overlap it: its box is the hull of both, so that a moving
-    marker is covered over the whole period. It stands alone where the region is much larger than it,
-    or holds two markers. A marker without a region makes one.
-
-    Examples
-    --------
-    >>> lend_boxes([(10, 10, 5, 5), (50, 50, 4, 4)], [(8, 8, 10, 10)], 100, 100)
-    [((8, 8, 10, 10), 0), ((50, 50, 4, 4), None)]
-    """
-    overlaps = [[_overlap(region, marker) for marker in markers] for region in regions]
-    lent: list[tuple[Box, int | None]] = []
-    for m, marker in enumerate(markers):
-        x0, y0, x1, y1 = marker[0], marker[1], marker[0] + marker[2], marker[1] + marker[3]
-        for region, shared in zip(regions, overlaps, strict=True):
-            x, y, w, h = region
-            if shared[m] and sum(area > 0 for area in shared) == 1 and w * h <= LENT_AREA * marker[2] * marker[3]:
-                x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x + w), max(y1, y + h)
-        x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)
-        lent.append(((x0, y0, x1 - x0, y1 - y0), m))
-    rest = [(region, None) for region, shared in zip(regions, overlaps, strict=True) if not any(shared)]
-    return lent + rest
-
-
-def _overlap(a: Box, b: Box) -> int:
-    """Two boxes in, the area they share out [px]."""
-    w = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
-    h = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
-    return max(w, 0) * max(h, 0)
 
 
 class PeriodReader(Protocol):

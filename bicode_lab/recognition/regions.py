@@ -33,6 +33,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from bicode_lab.boxes import Box
 from bicode_lab.events import Events
 from bicode_lab.recognition.accumulate import accumulate
 from bicode_lab.recognition.components import components, merge_overlapping, open_squares
@@ -66,6 +67,11 @@ class Region:
     h: int
     n_pixels: int = 0
     votes: float = 0.0
+
+    @property
+    def box(self) -> Box:
+        """The region's box [px]."""
+        return Box(self.x, self.y, self.w, self.h)
 
 
 class RegionFinder:

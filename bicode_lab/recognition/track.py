@@ -21,6 +21,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
+from bicode_lab.boxes import iou
+
 PAD_PX = 4.0
 
 Array = npt.NDArray[np.float64]
@@ -101,7 +103,7 @@ class Tracker:
         predicted = [track.predict() for track in self.tracks]
         found: dict[int, Track] = {}
         if predicted and len(boxes):
-            overlap = iou(np.array(boxes, float), np.array(predicted))
+            overlap = iou(np.array(boxes, float), np.array(predicted), PAD_PX)
             for i, j in zip(*linear_sum_assignment(-overlap), strict=True):
                 if overlap[i, j] >= self.min_iou:
                     self.tracks[j].update(boxes[i])
@@ -118,21 +120,6 @@ class Tracker:
         """A number of periods without any region in; their time goes by."""
         for _ in range(min(n_periods, self.max_age + 1)):
             self.update([])
-
-
-def iou(first: Array, second: Array, pad_px: float = PAD_PX) -> Array:
-    """Boxes x y w h in, shapes (n, 4) and (m, 4) [px]; intersection over union of each pair, padded, out, shape (n, m).
-
-    Examples
-    --------
-    >>> iou(np.array([[0.0, 0, 2, 2]]), np.array([[1.0, 0, 2, 2], [9, 9, 2, 2]]), pad_px=0).round(2)
-    array([[0.33, 0.  ]])
-    """
-    a0, a1 = first[:, None, :2] - pad_px, first[:, None, :2] + first[:, None, 2:] + pad_px
-    b0, b1 = second[None, :, :2] - pad_px, second[None, :, :2] + second[None, :, 2:] + pad_px
-    shared: Array = np.clip(np.minimum(a1, b1) - np.maximum(a0, b0), 0, None).prod(axis=2)
-    union: Array = (a1 - a0).prod(axis=2) + (b1 - b0).prod(axis=2) - shared
-    return shared / union
 
 
 def _to_measurement(box: Sequence[float]) -> Array:

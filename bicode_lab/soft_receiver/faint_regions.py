@@ -21,8 +21,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from bicode_lab.boxes import Box
 from bicode_lab.events import Events
-from bicode_lab.recognition.receiver import Box
 from bicode_lab.soft_receiver.clock import MOST_PPM
 
 LEAST_EVENTS = 6  # of each polarity in a pixel's 3 x 3 neighbours
@@ -97,7 +97,7 @@ def _boxes(
         near = (away <= REACH_PX) & free
         x0, x1 = max(int(x[near].min()) - RIM_PX, 0), min(int(x[near].max()) + RIM_PX, width - 1)
         y0, y1 = max(int(y[near].min()) - RIM_PX, 0), min(int(y[near].max()) + RIM_PX, height - 1)
-        boxes.append((x0, y0, x1 - x0 + 1, y1 - y0 + 1))
+        boxes.append(Box.between(x0, y0, x1 + 1, y1 + 1))
         free &= away > 2 * REACH_PX
     return boxes
 

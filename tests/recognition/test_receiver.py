@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bicode_lab.events import Events, make_events, merge, no_events, slice_time
 from bicode_lab.marker import Board, LedWaveform, Marker, PacketFormat
-from bicode_lab.recognition import ReceiverSettings, lend_boxes, packet_rows, recognise, settings_for, to_table
+from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise, settings_for, to_table
 
 SMALL = ReceiverSettings(width=320, height=240, detect_2d=False, latency_us=50)
 PERIOD_US = 33_000
@@ -182,12 +182,3 @@ def test_noise_alone_has_no_rows() -> None:
     rng = np.random.default_rng(6)
     events = merge(noise(320, 240, 1.0, 0, 330_000, rng), hot_pixels(40, 320, 240, 134.0, 330_000, rng))
     assert list(recognise(events, SMALL)) == []
-
-
-def test_lent_boxes() -> None:
-    two_in_one = lend_boxes([(0, 0, 50, 20)], [(0, 0, 20, 20), (28, 0, 20, 20)], 100, 100)
-    assert two_in_one == [((0, 0, 20, 20), 0), ((28, 0, 20, 20), 1)]
-    assert lend_boxes([(0, 0, 90, 90)], [(40, 40, 10, 10)], 100, 100) == [((40, 40, 10, 10), 0)]
-    assert lend_boxes([], [(-5, 90, 20, 20)], 100, 100) == [((0, 90, 15, 10), 0)]
-    moved = lend_boxes([(10, 10, 30, 20), (80, 80, 3, 3)], [(12, 11, 20, 18)], 100, 100)
-    assert moved == [((10, 10, 30, 20), 0), ((80, 80, 3, 3), None)]

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from bicode_lab.boxes import iou
 from bicode_lab.recognition import Tracker
-from bicode_lab.recognition.track import iou
+from bicode_lab.recognition.track import PAD_PX
 
 
 def test_overlap_of_equal_and_of_distant_boxes() -> None:
     boxes = np.array([[0.0, 0, 4, 4], [100, 100, 20, 10]])
+    np.testing.assert_allclose(iou(boxes, boxes, PAD_PX), np.eye(2))
     np.testing.assert_allclose(iou(boxes, boxes), np.eye(2))
-    np.testing.assert_allclose(iou(boxes, boxes, pad_px=0), np.eye(2))
 
 
 def test_a_track_is_reported_from_its_first_period() -> None:
