@@ -2,11 +2,12 @@
 
 from bicode_lab.camera.lamp import Flicker, Lamp
 from bicode_lab.camera.merge import stream_over
-from bicode_lab.camera.motion import Moving, Pose, Still, pan, spin
+from bicode_lab.camera.motion import Moving, Pose, Still, Trajectory, pan, spin
 from bicode_lab.camera.optics import Light, Optics
 from bicode_lab.camera.pixels import PixelModel
 from bicode_lab.camera.readout import Readout
-from bicode_lab.camera.recorder import PlacedMarker, Recorder, Scene, record
+from bicode_lab.camera.recorder import Recorder, record
+from bicode_lab.camera.scene import PlacedMarker, Scene
 from bicode_lab.camera.truth import MarkerTruth, packet_starts_us, truth_at, truth_table
 from bicode_lab.camera.wall import Wall, textured_wall
 
@@ -24,6 +25,7 @@ __all__ = [
     "Recorder",
     "Scene",
     "Still",
+    "Trajectory",
     "Wall",
     "packet_starts_us",
     "pan",

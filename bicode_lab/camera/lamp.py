@@ -7,18 +7,16 @@ the blur of the lens is a Gaussian; what stands behind it shines through.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
-from bicode_lab.camera.motion import Floats, Path, Pose, Still
-from bicode_lab.camera.optics import ambient_signal
-from bicode_lab.camera.plate_image import Box, Image, reach_px
-
-if TYPE_CHECKING:
-    from bicode_lab.camera.recorder import Scene
+from bicode_lab.boxes import Box
+from bicode_lab.camera.motion import Floats, Pose, Still, Trajectory
+from bicode_lab.camera.optics import Light, Optics, ambient_signal
+from bicode_lab.camera.plate_image import Image, reach_px
 
 SINE_STEPS = 40  # a smooth ripple is drawn as this many levels a cycle: 250 us at 100 Hz
 
@@ -99,7 +97,7 @@ class Lamp:
     Parameters
     ----------
     flicker : Waveform
-    path : Path
+    path : Trajectory
         Where it is; it faces the camera, however it is turned.
     width_m, height_m : float
     brightness : float
@@ -107,7 +105,7 @@ class Lamp:
     """
 
     flicker: Waveform = field(default_factory=Flicker)
-    path: Path = field(default_factory=lambda: Still(Pose.facing(5.0)))
+    path: Trajectory = field(default_factory=lambda: Still(Pose.facing(5.0)))
     width_m: float = 0.05
     height_m: float = 0.05
     brightness: float = 3.0
@@ -126,13 +124,13 @@ class Lamp:
 class LampImage:
     """One lamp as the camera sees it, with the methods of `PlateImage`."""
 
-    def __init__(self, lamp: Lamp, scene: Scene) -> None:
+    def __init__(self, lamp: Lamp, optics: Optics, light: Light) -> None:
         self.lamp = lamp
         self.waveform = lamp.flicker
-        self._optics = scene.optics
-        self.dark_signal = ambient_signal(scene.light, scene.optics)
-        self.full_signal = lamp.brightness * (5.6 / scene.optics.f_number) ** 2
-        self.sensor_width = scene.optics.width
+        self._optics = optics
+        self.dark_signal = ambient_signal(light, optics)
+        self.full_signal = lamp.brightness * (5.6 / optics.f_number) ** 2
+        self.sensor_width = optics.width
 
     def _sides(self, pose: Pose) -> npt.NDArray[np.float64]:
         """Left and top, right and bottom of its image, shape (2, 2) [px]; nan behind the camera."""
@@ -146,7 +144,7 @@ class LampImage:
         far = 1 << 20
         low = np.clip(np.floor(sides.min(0) - reach_px(self._optics)), -far, far).astype(int)
         high = np.clip(np.ceil(sides.max(0) + reach_px(self._optics)) + 1, -far, far).astype(int)
-        return Box(int(low[0]), int(low[1]), int(high[0]), int(high[1])).clipped(
+        return Box.between(int(low[0]), int(low[1]), int(high[0]), int(high[1])).clipped(
             self._optics.width, self._optics.height
         )
 
@@ -160,7 +158,7 @@ class LampImage:
     def _blurred(self, pose: Pose, box: Box, sigma_px: float) -> Floats:
         """The rectangle through a Gaussian blur, shape (rows, columns); nothing where it is behind the camera."""
         low, high = np.nan_to_num(self._sides(pose))
-        x, y = np.arange(box.x0, box.x1), np.arange(box.y0, box.y1)
+        x, y = np.arange(box.x, box.right), np.arange(box.y, box.bottom)
         across = ndtr((x - low[0]) / sigma_px) - ndtr((x - high[0]) / sigma_px)
         down = ndtr((y - low[1]) / sigma_px) - ndtr((y - high[1]) / sigma_px)
         return np.asarray(np.outer(down, across))

@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.camera.recorder import CHUNK_US, Recorder, Scene
+from bicode_lab.camera.recorder import CHUNK_US, Recorder
+from bicode_lab.camera.scene import Scene
 from bicode_lab.events import Events, copy_events, join, merge, no_events
 
 LONGEST_S = 1e6

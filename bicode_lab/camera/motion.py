@@ -84,7 +84,7 @@ def turn_about(axis: str, angle_deg: float) -> Floats:
     return np.asarray(cv2.Rodrigues(vector)[0], np.float64)
 
 
-class Path(Protocol):
+class Trajectory(Protocol):
     """Anything that says where something is at a time."""
 
     def pose_at(self, t_s: float) -> Pose:

@@ -8,64 +8,18 @@ Plates whose light meets on the sensor share a patch.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numba as nb
 import numpy as np
 
+from bicode_lab.boxes import Box
 from bicode_lab.camera.lamp import LampImage, Waveform
 from bicode_lab.camera.motion import Floats, Pose
-from bicode_lab.camera.optics import ambient_signal, led_signal
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8
 from bicode_lab.camera.pixels import NOISE_REACH, PixelModel, PixelState
-from bicode_lab.camera.plate_image import Box, Image, Template, make_template, plate_box, read_template, serves
+from bicode_lab.camera.plate_image import PlateImage
 from bicode_lab.camera.wall import Wall
 from bicode_lab.camera.wall_pixels import look_up
-from bicode_lab.marker import Marker
-
-if TYPE_CHECKING:
-    from bicode_lab.camera.recorder import Scene
-
-
-class PlateImage:
-    """One marker as the camera sees it, pose after pose."""
-
-    def __init__(self, marker: Marker, scene: Scene) -> None:
-        self.marker = marker
-        self.waveform = marker.waveform
-        self._optics = scene.optics
-        self._edge_glow = scene.edge_glow
-        light = scene.light
-        self.full_signal = led_signal(marker.luminance_ratio, marker.band, light, scene.optics)
-        self.dark_signal = ambient_signal(light, scene.optics) * light.plate_reflectance
-        self.sensor_width = scene.optics.width
-        self._template: Template | None = None
-
-    def reach(self, poses: list[Pose]) -> Box:
-        """Poses in, the pixels that its light reaches in any of them out."""
-        reached = Box(0, 0, 0, 0)
-        for pose in poses[:: max(1, len(poses) - 1)] if len(poses) > 1 else poses:
-            box = plate_box(self.marker.board, pose, self._optics)
-            reached = box if reached.is_empty else reached if box.is_empty else reached.joined(box)
-        return reached
-
-    def image(self, pose: Pose, box: Box) -> tuple[Image, Image]:
-        """A pose and a box in; share of the face's luminance and cover of each pixel out, shape (rows, columns)."""
-        if plate_box(self.marker.board, pose, self._optics).is_empty:
-            nothing = np.zeros((box.y1 - box.y0, box.x1 - box.x0), np.float32)
-            return nothing, nothing
-        if self._template is None or not serves(self._template, self.marker.board, pose, self._optics):
-            self._template = make_template(self.marker.board, pose, self._optics, self._edge_glow)
-        return read_template(self._template, pose, self._optics, box)
-
-    def cover(self, signal: F4, pose: Pose) -> None:
-        """Put the plate, LED off, into the signal of the whole sensor."""
-        box = plate_box(self.marker.board, pose, self._optics)
-        if box.is_empty:
-            return
-        mask = self.image(pose, box)[1]
-        part = signal[box.y0 : box.y1, box.x0 : box.x1]
-        part += mask * (self.dark_signal - part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +53,10 @@ class Patch:
         wall: Wall | None, views: list[Floats],
     ) -> Patch:  # fmt: skip
         """A box, the plates in it with their pose at every step, and the wall's view at every step in; a patch out."""
-        steps, shape = len(poses[0]), (box.y1 - box.y0, box.x1 - box.x0)
+        steps, shape = len(poses[0]), (box.h, box.w)
         ambient: F4 = np.empty((steps, *shape), np.float32)
         glow: F4 = np.empty((steps, len(plates), *shape), np.float32)
-        rows, columns = np.mgrid[box.y0 : box.y1, box.x0 : box.x1]
+        rows, columns = np.mgrid[box.y : box.bottom, box.x : box.right]
         x, y = columns.ravel().astype(np.float64), rows.ravel().astype(np.float64)
         for s in range(steps):
             ambient[s] = np.float32(np.exp(log_ambient))

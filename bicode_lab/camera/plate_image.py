@@ -14,42 +14,17 @@ import numba as nb
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.boxes import Box
 from bicode_lab.camera.motion import Floats, Pose
-from bicode_lab.camera.optics import Optics, plate_homography
-from bicode_lab.marker import Board
+from bicode_lab.camera.optics import Light, Optics, ambient_signal, led_signal, plate_homography
+from bicode_lab.camera.pixel_steps import F4
+from bicode_lab.marker import Board, Marker
 
 Image = npt.NDArray[np.float32]
 
 SHAPE_TOLERANCE = 0.02  # a template serves until a side of the plate has changed by this share
 EDGE_LOBE = 5  # side faces shine as cos^5 off their normal: half at 30 deg, as bullet LEDs do; assumption
 HALO_REACH = 3.0  # the halo is drawn out to this many of its standard deviations
-
-
-@dataclass(frozen=True)
-class Box:
-    """A rectangle of pixels: columns ``x0 .. x1 - 1``, rows ``y0 .. y1 - 1``."""
-
-    x0: int
-    y0: int
-    x1: int
-    y1: int
-
-    @property
-    def is_empty(self) -> bool:
-        """True where no pixel is inside."""
-        return self.x0 >= self.x1 or self.y0 >= self.y1
-
-    def clipped(self, width: int, height: int) -> Box:
-        """The part of it on a sensor."""
-        return Box(max(self.x0, 0), max(self.y0, 0), min(self.x1, width), min(self.y1, height))
-
-    def joined(self, other: Box) -> Box:
-        """The smallest box around both."""
-        return Box(min(self.x0, other.x0), min(self.y0, other.y0), max(self.x1, other.x1), max(self.y1, other.y1))
-
-    def overlaps(self, other: Box) -> bool:
-        """True where both share a pixel."""
-        return self.x0 < other.x1 and other.x0 < self.x1 and self.y0 < other.y1 and other.y0 < self.y1
 
 
 @dataclass(frozen=True)
@@ -72,6 +47,46 @@ class Template:
     mask: Image
     to_template: Floats
     shape_px: Floats
+
+
+class PlateImage:
+    """One marker as the camera sees it, pose after pose."""
+
+    def __init__(self, marker: Marker, optics: Optics, light: Light, edge_glow: float) -> None:
+        self.marker = marker
+        self.waveform = marker.waveform
+        self._optics = optics
+        self._edge_glow = edge_glow
+        self.full_signal = led_signal(marker.luminance_ratio, marker.band, light, optics)
+        self.dark_signal = ambient_signal(light, optics) * light.plate_reflectance
+        self.sensor_width = optics.width
+        self._template: Template | None = None
+
+    def reach(self, poses: list[Pose]) -> Box:
+        """Poses in, the pixels that its light reaches in any of them out."""
+        reached = Box(0, 0, 0, 0)
+        for pose in poses[:: max(1, len(poses) - 1)] if len(poses) > 1 else poses:
+            box = plate_box(self.marker.board, pose, self._optics)
+            reached = box if reached.is_empty else reached if box.is_empty else reached.union(box)
+        return reached
+
+    def image(self, pose: Pose, box: Box) -> tuple[Image, Image]:
+        """A pose and a box in; share of the face's luminance and cover of each pixel out, shape (rows, columns)."""
+        if plate_box(self.marker.board, pose, self._optics).is_empty:
+            nothing = np.zeros((box.h, box.w), np.float32)
+            return nothing, nothing
+        if self._template is None or not serves(self._template, self.marker.board, pose, self._optics):
+            self._template = make_template(self.marker.board, pose, self._optics, self._edge_glow)
+        return read_template(self._template, pose, self._optics, box)
+
+    def cover(self, signal: F4, pose: Pose) -> None:
+        """Put the plate, LED off, into the signal of the whole sensor."""
+        box = plate_box(self.marker.board, pose, self._optics)
+        if box.is_empty:
+            return
+        mask = self.image(pose, box)[1]
+        part = signal[box.y : box.bottom, box.x : box.right]
+        part += mask * (self.dark_signal - part)
 
 
 def side_faces(board: Board) -> list[Floats]:
@@ -101,8 +116,8 @@ def plate_box(board: Board, pose: Pose, optics: Optics) -> Box:
     reach = reach_px(optics)
     low, high = np.floor(corners.min(0) - reach), np.ceil(corners.max(0) + reach) + 1
     far = 1 << 20
-    x0, y0, x1, y1 = (int(v) for v in np.clip([*low, *high], -far, far))
-    return Box(x0, y0, x1, y1).clipped(optics.width, optics.height)
+    x, y, right, bottom = (int(v) for v in np.clip([*low, *high], -far, far))
+    return Box.between(x, y, right, bottom).clipped(optics.width, optics.height)
 
 
 def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) -> Template:
@@ -167,9 +182,8 @@ def serves(template: Template, board: Board, pose: Pose, optics: Optics) -> bool
 def read_template(template: Template, pose: Pose, optics: Optics, box: Box) -> tuple[Image, Image]:
     """A template, a pose and a box of pixels in; glow and mask on those pixels out, shape (rows, columns)."""
     to_pixels = plate_homography(pose, optics) @ np.linalg.inv(template.to_template)
-    to_pixels = np.array([[1, 0, -box.x0], [0, 1, -box.y0], [0, 0, 1.0]]) @ to_pixels
-    size = (box.x1 - box.x0, box.y1 - box.y0)
-    glow, mask = (cv2.warpPerspective(drawn, to_pixels, size) for drawn in (template.glow, template.mask))
+    to_pixels = np.array([[1, 0, -box.x], [0, 1, -box.y], [0, 0, 1.0]]) @ to_pixels
+    glow, mask = (cv2.warpPerspective(drawn, to_pixels, (box.w, box.h)) for drawn in (template.glow, template.mask))
     return np.asarray(glow, np.float32), np.asarray(mask, np.float32)
 
 

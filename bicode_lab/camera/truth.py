@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.plate_image import image_corners
-from bicode_lab.camera.recorder import Scene
+from bicode_lab.camera.scene import Scene
 
 SAMPLE_US = 1000  # a moving marker's truth is written down this often
 

@@ -16,6 +16,7 @@ import skimage.data
 import skimage.util
 from scipy import ndimage
 
+from bicode_lab.boxes import Box
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import Optics, plate_homography
 from bicode_lab.camera.pixel_steps import F4
@@ -83,10 +84,22 @@ class Wall:
         middle = np.array([[1, 0, self.log_image.shape[1] / 3], [0, 1, self.log_image.shape[0] / 3], [0, 0, 1.0]])
         return np.asarray(middle @ np.linalg.inv(to_pixels))
 
-    def log_reflectance(self, from_pixels: Floats, x0: int, y0: int, x1: int, y1: int) -> F4:
-        """A homography and a rectangle of pixels in; log reflectance there out, shape (rows, columns)."""
-        y, x = np.mgrid[y0:y1, x0:x1].astype(np.float64).reshape(2, -1)
-        return look_up(self.repeated, from_pixels, 0.0, x, y).reshape(y1 - y0, x1 - x0)
+    def log_reflectance(self, from_pixels: Floats, box: Box) -> F4:
+        """Return the log reflectance that the pixels of a box see.
+
+        Parameters
+        ----------
+        from_pixels : ndarray, shape (3, 3)
+            Homography from pixels to points of the wall, see `from_pixels`.
+        box : Box
+
+        Returns
+        -------
+        ndarray of float32, shape (box.h, box.w)
+            Relative to the mean of the office; 0 where a pixel does not see the wall.
+        """
+        y, x = np.mgrid[box.y : box.bottom, box.x : box.right].astype(np.float64).reshape(2, -1)
+        return look_up(self.repeated, from_pixels, 0.0, x, y).reshape(box.h, box.w)
 
 
 def _repeated(image: npt.NDArray[np.generic]) -> F4:

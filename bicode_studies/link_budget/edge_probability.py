@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from bicode_lab.camera import PixelModel, Pose, Scene
 from bicode_lab.camera.optics import ambient_signal
-from bicode_lab.camera.patch import Patch, PlateImage
+from bicode_lab.camera.patch import Patch
 from bicode_lab.camera.pixel_steps import most_events
 from bicode_lab.camera.pixels import SIDE_BY_SIDE, fire_lit_pixels, start_pixels
+from bicode_lab.camera.plate_image import PlateImage
 from bicode_lab.marker import Marker
 
 Floats = npt.NDArray[np.float64]
@@ -155,7 +156,7 @@ def _sort_by_edge(
 
 def _lit_patch(scene: Scene) -> tuple[Patch, tuple[int, int]]:
     """Draw the pixels that the first marker lights, one map for each of PLACES; return also their rows and columns."""
-    plate = PlateImage(scene.markers[0].marker, scene)
+    plate = PlateImage(scene.markers[0].marker, scene.optics, scene.light, scene.edge_glow)
     pose = scene.marker_pose(0, 0.0)
     pixel_m = pose.position_m[2] / scene.optics.focal_px
     poses = [Pose(pose.rotation, pose.position_m + [x * pixel_m, y * pixel_m, 0.0]) for x, y in PLACES]
@@ -163,10 +164,7 @@ def _lit_patch(scene: Scene) -> tuple[Patch, tuple[int, int]]:
     if box.is_empty:
         raise ValueError(f"the marker at {pose.position_m.round(3).tolist()} m is not in view; put it before the lens")
     log_ambient = float(np.log(ambient_signal(scene.light, scene.optics) * scene.light.reflectance))
-    return Patch.draw(box, [plate], [poses], log_ambient, None, []), (
-        box.y1 - box.y0,
-        box.x1 - box.x0,
-    )
+    return Patch.draw(box, [plate], [poses], log_ambient, None, []), (box.h, box.w)
 
 
 def _fire(

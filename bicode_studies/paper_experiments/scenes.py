@@ -10,7 +10,7 @@ import numpy as np
 
 from bicode_lab import paper
 from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Scene, Still, Wall, pan, spin, textured_wall
-from bicode_lab.camera.motion import Path
+from bicode_lab.camera.motion import Trajectory
 from bicode_lab.camera.optics import OFFICE_INFRARED_SHARE
 from bicode_lab.constants import constant
 from bicode_lab.marker import Board, Marker
@@ -158,7 +158,7 @@ def recording_start_s(condition: Condition, seed: int) -> float:
     return float(at * rest_s)
 
 
-def _camera_path(condition: Condition, seed: int) -> Path:
+def _camera_path(condition: Condition, seed: int) -> Trajectory:
     """Return the path of the camera, which pans from one side to the other while it passes the marker."""
     if not condition.speed_m_per_s:
         return Still()

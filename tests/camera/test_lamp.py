@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_lab.camera import Flicker, Lamp, Moving, Optics, PixelModel, Pose, Scene, Still, record, truth_at
+from bicode_lab.boxes import Box
+from bicode_lab.camera import Flicker, Lamp, Light, Moving, Optics, PixelModel, Pose, Scene, Still, record, truth_at
 from bicode_lab.camera.lamp import LampImage
-from bicode_lab.camera.plate_image import Box
 
 SMALL = Optics(width=60, height=40)
 QUIET = PixelModel(background_hz=0.0, hot_pixels=0)
@@ -55,14 +55,14 @@ def test_the_lens_spreads_a_lamps_light_and_keeps_its_sum() -> None:
     optics = Optics(width=301, height=301)
     px = 5.0 / optics.focal_px
     lamp = Lamp(path=Still(Pose.facing(5.0)), width_m=6.4 * px, height_m=3.5 * px)
-    image = LampImage(lamp, Scene(markers=(), optics=optics))
+    image = LampImage(lamp, optics, Light())
     pose = lamp.path.pose_at(0)
     everywhere, cover = image.image(pose, Box(0, 0, 301, 301))
     assert everywhere.sum() == pytest.approx(6.4 * 3.5, rel=1e-3)
     assert not cover.any()
     assert np.unravel_index(everywhere.argmax(), everywhere.shape) == (150, 150)
     reach = image.reach([pose])
-    assert everywhere[reach.y0 : reach.y1, reach.x0 : reach.x1].sum() == pytest.approx(everywhere.sum(), rel=1e-3)
+    assert everywhere[reach.y : reach.bottom, reach.x : reach.right].sum() == pytest.approx(everywhere.sum(), rel=1e-3)
 
 
 def test_a_mains_lamp_brightens_and_darkens_a_hundred_times_a_second() -> None:

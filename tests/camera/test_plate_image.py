@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from bicode_lab.boxes import Box
 from bicode_lab.camera import Optics, Pose
-from bicode_lab.camera.plate_image import EDGE_LOBE, Box, make_template, plate_box, read_template, serves
+from bicode_lab.camera.plate_image import EDGE_LOBE, make_template, plate_box, read_template, serves
 from bicode_lab.marker import Board
 
 OPTICS = Optics(blur_px=1.2, halo_fraction=0.03, halo_px=8.0)
@@ -110,8 +111,8 @@ def test_the_back_of_a_plate_does_not_glow():
 def drawn_another_way(board, pose, optics, box, finer=15):
     """Sharp image by ray casting at 15 x 15 points a pixel, scipy's Gaussians, a mean over each pixel."""
     pad = int(5 * optics.halo_px if optics.halo_fraction else 6 * optics.blur_px)
-    x = (np.arange((box.x1 - box.x0 + 2 * pad) * finer) + 0.5) / finer - 0.5 + box.x0 - pad
-    y = (np.arange((box.y1 - box.y0 + 2 * pad) * finer) + 0.5) / finer - 0.5 + box.y0 - pad
+    x = (np.arange((box.w + 2 * pad) * finer) + 0.5) / finer - 0.5 + box.x - pad
+    y = (np.arange((box.h + 2 * pad) * finer) + 0.5) / finer - 0.5 + box.y - pad
     rays = np.stack([*np.meshgrid(x, y), np.ones((y.size, x.size))], -1) @ np.linalg.inv(optics.matrix).T
     normal = pose.rotation[:, 2]
     depth = (normal @ pose.position_m) / (rays @ normal)
@@ -182,7 +183,7 @@ def test_a_shift_by_whole_pixels_only_shifts_the_picture():
     board, step_m = Board(thickness_m=1e-9), 5.0 / OPTICS.focal_px
     here, there = Pose.facing(5.0), Pose.facing(5.0, x_m=7 * step_m, y_m=-3 * step_m)
     box = plate_box(board, here, OPTICS)
-    moved = Box(box.x0 + 7, box.y0 - 3, box.x1 + 7, box.y1 - 3)
+    moved = Box(box.x + 7, box.y - 3, box.w, box.h)
     a = read_template(make_template(board, here, OPTICS, 1.0), here, OPTICS, box)[0]
     b = read_template(make_template(board, there, OPTICS, 1.0), there, OPTICS, moved)[0]
     # A sample that lies on a border may fall on either side of it: one row of 1/16 px, slope 0.33.
@@ -207,9 +208,9 @@ def test_the_box_stays_on_the_sensor(pose, what):
     assert box.is_empty == (what == "outside")
     if what == "outside":
         return
-    assert 0 <= box.x0 < box.x1 <= 1280
-    assert 0 <= box.y0 < box.y1 <= 720
-    touches = box.x0 == 0 or box.y0 == 0 or box.x1 == 1280 or box.y1 == 720
+    assert 0 <= box.x < box.right <= 1280
+    assert 0 <= box.y < box.bottom <= 720
+    touches = box.x == 0 or box.y == 0 or box.right == 1280 or box.bottom == 720
     assert touches == (what == "partly")
 
 
@@ -217,7 +218,7 @@ def test_the_box_stays_on_the_sensor(pose, what):
 def test_next_to_no_light_falls_outside_the_box(name):
     pose, board = POSES[name], Board()
     box = plate_box(board, pose, OPTICS)
-    wide = Box(box.x0 - 30, box.y0 - 30, box.x1 + 30, box.y1 + 30)
+    wide = Box(box.x - 30, box.y - 30, box.w + 60, box.h + 60)
     glow = read_template(make_template(board, pose, OPTICS, 1.0), pose, OPTICS, wide)[0]
     glow[30:-30, 30:-30] = 0
     # Beyond 3 sigma of the halo, beside a straight border, lies 0.13 % of its 3 %.

@@ -166,7 +166,7 @@ def test_how_many_drawings_are_held_at_once_does_not_matter(monkeypatch):
     # 1 m/s at 2.5 m are 6.6 px in 10 ms: 27 steps, so spans of 20, 7 and 40 cut them differently.
     expected = record(moving_scene(), 0.03, 0)
     for steps in (7, 40):
-        monkeypatch.setattr(record_module, "STEPS_A_SPAN", steps)
+        monkeypatch.setattr(record_module, "STEPS_PER_SPAN", steps)
         found = record(moving_scene(), 0.03, 0)
         # Light below all thresholds is not followed, and settles: a level wrong by less than one
         # threshold where a pixel wakes up. So a few events at the rim may move or go.
@@ -210,7 +210,7 @@ def test_pixels_go_dark_when_a_lit_marker_is_gone():
 
 def test_the_room_for_events_does_not_matter(monkeypatch):
     expected = record(scene(at(2.5), pixel_model=QUIET), 0.03, 0)
-    monkeypatch.setattr(record_module, "ROOM", 16)
+    monkeypatch.setattr(record_module, "BUFFER_EVENTS", 16)
     np.testing.assert_array_equal(record(scene(at(2.5), pixel_model=QUIET), 0.03, 0), expected)
 
 

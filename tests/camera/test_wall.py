@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from bicode_lab.boxes import Box
 from bicode_lab.camera import (
     Light,
     Moving,
@@ -29,6 +30,7 @@ from bicode_lab.events import check_events
 from bicode_lab.marker import Marker
 
 SMALL = Optics(width=120, height=90)
+WHOLE = Box(0, 0, SMALL.width, SMALL.height)
 EXACT = PixelModel(threshold_spread=0.0, noise=0.0, background_hz=0.0, hot_pixels=0)
 INSTANT = Readout(row_us=0.0, peak_mev_per_s=1e9, sustained_mev_per_s=1e9)
 NOTHING_BEFORE = np.empty((0, 3, 3)), np.empty(0), np.empty(0, np.int64)
@@ -65,7 +67,7 @@ def test_the_wall_is_read_as_scipy_reads_it(camera):
     u = np.stack([x, y, np.ones_like(x)], -1) @ view.T
     columns, rows = u[..., 0] / u[..., 2], u[..., 1] / u[..., 2]
     expected = ndimage.map_coordinates(wall.log_image.astype(float), [rows, columns], order=1, mode="grid-wrap")
-    np.testing.assert_allclose(wall.log_reflectance(view, 5, 3, 100, 80), expected, atol=1e-5)
+    np.testing.assert_allclose(wall.log_reflectance(view, Box.between(5, 3, 100, 80)), expected, atol=1e-5)
 
 
 def test_a_point_of_the_wall_is_where_it_projects():
@@ -97,7 +99,7 @@ def test_extremes_are_those_of_every_path_of_a_span(way_px):
         poses = [Pose(start.rotation, np.array([x * PIXEL_M, 0.2 * x * PIXEL_M, 0])) for x in np.linspace(0, way_px, 9)]
         views = np.stack([wall.from_pixels(pose, SMALL) for pose in poses])
         lowest, highest = wall.extremes(views, SMALL)
-        seen = np.stack([wall.log_reflectance(view, 0, 0, SMALL.width, SMALL.height) for view in views])
+        seen = np.stack([wall.log_reflectance(view, WHOLE) for view in views])
         y, x = np.mgrid[: SMALL.height, : SMALL.width]
         u = np.stack([x, y, np.ones_like(x)], -1) @ views[len(views) // 2].T
         column, row = (np.floor(u[..., i] / u[..., 2]).astype(int) % wall.log_image.shape[1 - i] for i in (0, 1))
@@ -128,7 +130,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
     image = np.where(np.arange(160) // 8 % 5 == 2, 2 * image, 0)
     wall, n, stretches = Wall(log_image=image, texel_m=texel_px * PIXEL_M), SMALL.width * SMALL.height, 20
     model = PixelModel(threshold_spread=0.03, noise=noise)
-    signal = np.exp(wall.log_reflectance(wall.from_pixels(Pose(), SMALL), 0, 0, SMALL.width, SMALL.height))
+    signal = np.exp(wall.log_reflectance(wall.from_pixels(Pose(), SMALL), WHOLE))
     found = []
     for kind in ("wall", "lit"):
         state = start_pixels(signal.ravel(), model, np.random.default_rng(0))
@@ -149,7 +151,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
                 before = views, edges, moments
                 assert 0.05 < asleep.mean() < 0.95
             else:
-                seen = [wall.log_reflectance(v, 0, 0, SMALL.width, SMALL.height).ravel() for v in views]
+                seen = [wall.log_reflectance(v, WHOLE).ravel() for v in views]
                 done, count = fire_lit_pixels(
                     0, np.arange(n, dtype=np.int32), np.exp(np.stack(seen)), np.zeros((stretches, 1, n), np.float32),
                     edges, moments, np.zeros((stretches, 1), np.float32), np.arange(stretches, dtype=np.int32),
@@ -178,7 +180,7 @@ def test_wall_pixels_that_run_out_of_room_go_on_where_they_ended():
     poses = [Pose(position_m=np.array([0.25 * PIXEL_M * k, 0, 0])) for k in range(20)]
     views = np.stack([wall.from_pixels(pose, SMALL) for pose in poses])
     edges = np.linspace(0, 4_000, 21)
-    signal = np.exp(wall.log_reflectance(views[0], 0, 0, SMALL.width, SMALL.height)).ravel()
+    signal = np.exp(wall.log_reflectance(views[0], WHOLE)).ravel()
     found = []
     for room in (1 << 20, 70_000):  # a few hundred pixels that may fire 6 times in each of 20 stretches
         state = start_pixels(signal, model, np.random.default_rng(0))
