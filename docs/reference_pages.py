@@ -1,7 +1,7 @@
-"""Write the pages of the API reference while mkdocs builds the documentation: one page for each package.
+"""Write the API reference and the options of the command line while mkdocs builds the documentation.
 
-A package that lists public names in its ``__all__`` shows these names. Any other package, such as a chapter of the
-studies, shows the public names of each of its modules.
+The reference has one page for each package. A package that lists public names in its ``__all__`` shows these names.
+Any other package, such as a chapter of the studies, shows the public names of each of its modules.
 """
 
 from __future__ import annotations
@@ -12,12 +12,16 @@ import re
 from collections.abc import Iterator
 from types import ModuleType
 
+import click
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+from bicode_studies.cli.main import cli
+
 PACKAGES = ("bicode_lab", "bicode_studies")
 MODULE_ALONE = "::: {}\n    options:\n      members: []\n"
+HELP = re.compile(r"<!-- help: ([\w-]+) -->")
 OUTSIDE = re.compile(r'((?:href|src)=")((?:\.\./)+)')
 
 
@@ -35,6 +39,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Replace ``<!-- help: COMMAND -->`` by the help of that command."""
+    return HELP.sub(lambda found: f"```\n{help_of(found[1])}\n```", markdown)
+
+
 def on_page_content(html: str, page: Page, **_: object) -> str:
     """Lead links to files outside ``docs/`` from ``build/docs/`` to the repository."""
     depth = page.file.src_uri.count("/")
@@ -49,6 +58,14 @@ def packages() -> Iterator[ModuleType]:
         for found in pkgutil.iter_modules(package.__path__, f"{name}."):
             if found.ispkg:
                 yield importlib.import_module(found.name)
+
+
+def help_of(name: str) -> str:
+    """Return what ``bicode COMMAND --help`` prints."""
+    context = click.Context(cli, info_name="bicode", terminal_width=100)
+    command = cli.get_command(context, name)
+    assert command is not None, name
+    return command.get_help(click.Context(command, info_name=name, parent=context, terminal_width=100))
 
 
 def page_of(package: ModuleType) -> str:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
+import shlex
 import subprocess
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
+import click
 import pytest
+
+from bicode_studies.cli.main import cli
 
 ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "build" / "docs"  # where `make docs` writes the pages; links to the repository start from there
@@ -109,3 +113,19 @@ def test_no_link_of_a_document_is_dead(path: Path) -> None:
         if anchor and leads_to.suffix == ".md":
             headings = re.findall(r"(?m)^#+ (.*)$", leads_to.read_text(encoding="utf-8"))
             assert anchor in {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}, anchor
+
+
+def test_every_command_is_described_and_its_examples_have_options_that_exist() -> None:
+    text = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+    sections = dict(re.findall(r"(?ms)^## bicode ([\w-]+)$(.*?)(?=^## |\Z)", text))
+    context = click.Context(cli)
+    assert set(sections) == set(cli.list_commands(context))
+    for name, section in sections.items():
+        assert f"<!-- help: {name} -->" in section
+        command = cli.get_command(context, name)
+        assert command is not None
+        known = {option for each in command.params for option in (*each.opts, *each.secondary_opts)}
+        for example in re.findall(r"(?m)^bicode .*$", section):
+            words = shlex.split(example)
+            assert words[1] == name
+            assert {word for word in words if re.match(r"-[-a-z]", word)} <= known, example

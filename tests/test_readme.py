@@ -1,14 +1,18 @@
-"""The README is true: every command in it runs, every file it names is there."""
+"""The README is true: its commands run, its numbers are those of the tables, its Python prints what it says."""
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from bicode_studies.cli.main import main
+from bicode_studies.notebook.run_times import read_run_times, with_minutes
+from bicode_studies.notebook.runner import find_notebooks
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -16,6 +20,8 @@ BLOCKS = re.findall(r"```(\w*)\n(.*?)```", README, flags=re.DOTALL)
 SHELL = [line.split("#")[0].strip() for kind, text in BLOCKS if kind == "sh" for line in text.splitlines()]
 MAKE = sorted({line for line in [*SHELL, *re.findall(r"`(make [^`]+)`", README)] if line.startswith("make")})
 BICODE = [line for line in SHELL if line.startswith("bicode")]
+ROWS = [re.split(r" ?\| ?", line)[1:-1] for line in README.splitlines() if "](notebooks/" in line and "|" in line]
+NAMED = re.compile(r"\b[FA]\d+\.\d\b")
 
 
 def test_every_make_target_is_in_the_makefile() -> None:
@@ -40,19 +46,53 @@ def test_every_bicode_command_runs_in_the_order_given(
         assert ended.value.code == 0, f"{command}: {capsys.readouterr().err}"
 
 
-def test_every_row_of_the_figure_table_can_be_run() -> None:
-    numbers = re.findall(r"`bicode figures --only (\d\d)`", README)
-    assert numbers == [f"{n:02}" for n in range(1, len(numbers) + 1)]
-    for number in numbers:
-        assert len(list((ROOT / "notebooks").glob(f"{number}_*.ipynb"))) == 1
+def test_the_table_has_a_row_for_every_notebook() -> None:
+    names = [re.findall(r"\(notebooks/(\w+)\.ipynb\)", row[0]) for row in ROWS]
+    assert names == [[path.stem] for path in find_notebooks()]
+    for row in ROWS:
+        number = row[0][1:3]
+        assert f"[{number} " in row[0]
+        assert f"notebooks/{number}_" in row[0]
+        assert row[1] == (f"Fig. {int(number)}" if 1 <= int(number) <= 14 else ""), "the paper's figure"
+        assert f"(figures/fig_{number}_" in row[2]
 
 
-def test_every_file_it_points_to_is_there() -> None:
-    for target in re.findall(r"\]\(([^)#]+)\)", README):
-        assert (ROOT / target).exists(), target
+def test_the_minutes_are_those_of_the_table_of_run_times() -> None:
+    assert all(re.fullmatch(r"[\d.?]+ / [\d.?]+", row[3]) for row in ROWS)
+    assert with_minutes(README, read_run_times(ROOT / "results" / "run_times.csv")) == README, (
+        "bicode figures --times; bicode figures --full --times"
+    )
 
 
-def test_its_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    (code,) = [text for kind, text in BLOCKS if kind == "python"]
+@pytest.mark.slow
+def test_the_agreement_is_that_of_the_claims(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    with pytest.raises(SystemExit) as ended:
+        main(["claims", "--format", "json"])
+    assert ended.value.code == 0
+    judged = [row for row in json.loads(capsys.readouterr().out) if row["kind"] in ("number", "order")]
+    counts = Counter(row["verdict"] for row in judged)
+    (sentence,) = re.findall(r"Of (\d+) numbers.* (\d+) are.* (\d+) contradicted.* (\d+) were", README)
+    said = [int(number) for number in sentence]
+    assert said == [len(judged), counts["reproduced"], counts["contradicted"], counts["calibrated on"]]
+    assert sum(said[1:]) == said[0]
+    contradicted = [row["id"] for row in judged if row["verdict"] == "contradicted"]
+    assert re.findall(r"(?m)^- ([FA]\d+\.\d): ", README) == contradicted
+    in_table = {each for row in ROWS for each in NAMED.findall(row[4])}
+    assert in_table == set(contradicted)
+    fitted = {row["id"] for row in judged if row["verdict"] == "calibrated on" and not re.match(r"F8|A", row["id"])}
+    (named,) = re.findall(r"points of other figures \(([^)]*)\)", README)
+    assert set(NAMED.findall(named)) == fitted
+
+
+def test_its_python_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    ((kind, code), (_, said)) = [block for block in BLOCKS if block[0] in ("python", "")]
+    assert kind == "python"
     exec(compile(code, "README.md", "exec"), {})
-    assert "37" in capsys.readouterr().out
+    assert capsys.readouterr().out == said
+
+
+def test_it_is_short() -> None:
+    assert len(README.encode()) < 9_000
