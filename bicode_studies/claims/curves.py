@@ -1,90 +1,83 @@
-"""The trials a claim is about.   tables of trials, a condition -> one curve of accuracies
+"""The trials that a claim is about, as curves of accuracy over distance, speed or another column.
 
-What is taken of the curves is in `claim_statistics`.
+What is computed from the curves is in `bicode_studies.claims.statistics`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
-Floats = npt.NDArray[np.float64]
-Tables = Mapping[str, pd.DataFrame]
-"""Rows of trials by figure: "08" .. "14"."""
+from bicode_studies.claims.claim_result import NoTrials, Tables
+from bicode_studies.statistics import DRAWS, Floats
 
-DRAWS = 2000
-
-
-class NoTrials(LookupError):
-    """A figure's table, or the rows of a condition in it, is not there."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Answer:
-    """What we have to say to a claim.
-
-    Parameters
-    ----------
-    ours : str
-        In words and numbers.
-    value, low, high : float, optional
-        The number that is judged, and its 95 % interval.
-    lo, hi : float, optional
-        Within which it agrees, where the claim itself has no bounds.
-    is_order : bool
-        The value is a difference that must be above 0; one whose interval holds 0 is a tie.
-    broken : str
-        Where an order goes the other way by more than chance.
-    holds : bool, optional
-        For what is not a matter of chance: whether it is as the paper says.
-    why_not : str
-        Why it cannot be tested.
-    """
-
-    ours: str = ""
-    value: float | None = None
-    low: float | None = None
-    high: float | None = None
-    lo: float | None = None
-    hi: float | None = None
-    is_order: bool = False
-    broken: str = ""
-    holds: bool | None = None
-    why_not: str = ""
+Wanted = str | float | tuple[float, float]
+"""A value of a column, or the least and the largest value."""
+Where = Mapping[str, Wanted]
+"""What rows of trials must have: column to value."""
 
 
 class Cell(NamedTuple):
-    """The trials of one condition: where it is on the curve, each seed's share of right periods, all periods."""
+    """The trials of one condition.
 
-    distance_m: float
+    Parameters
+    ----------
+    at : float
+        Where the condition lies on its curve, in the unit of the curve's column.
+    shares : ndarray, shape (seeds,)
+        Share of right periods of each seed, 0 .. 1.
+    periods : int
+        Number of periods of all seeds together.
+    """
+
+    at: float
     shares: Floats
     periods: int
 
     @property
     def accuracy(self) -> float:
-        """Mean over the seeds."""
+        """Mean share of right periods over the seeds, 0 .. 1."""
         return float(self.shares.mean())
 
     def draws(self, rng: np.random.Generator) -> Floats:
-        """A generator in, accuracies of drawn seeds out, shape (DRAWS,)."""
+        """Draw seeds with replacement and return the accuracy of each draw.
+
+        Parameters
+        ----------
+        rng : numpy.random.Generator
+
+        Returns
+        -------
+        ndarray, shape (DRAWS,)
+            Accuracies, 0 .. 1.
+        """
         return np.asarray(rng.choice(self.shares, (DRAWS, self.shares.size)).mean(axis=1))
 
 
-Where = Mapping[str, str | float | tuple[float, float]]
-
-
 def rows_where(tables: Tables, figure: str, where: Where) -> pd.DataFrame:
-    """Tables, a figure, and a value or a (least, most) for some of its columns in; its rows that have them out.
+    """Return the rows of a figure's trials that have the wanted values.
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        Rows of trials by figure.
+    figure : str
+        "08" .. "14".
+    where : mapping
+        Column to a value, or to the least and the largest value; numbers may differ by a millionth.
+
+    Returns
+    -------
+    DataFrame
 
     Raises
     ------
     NoTrials
-        No table, or no such row.
+        If the figure has no table, or the table no such column or row.
     """
     if figure not in tables:
         raise NoTrials(f"no trials of figure {figure}")
@@ -111,12 +104,13 @@ class Curve:
     Parameters
     ----------
     figure : str
+        "08" .. "14".
     right : str
         The column that counts right periods.
     where : mapping
-        Column to value, or to (least, most).
+        What the curve's rows must have, as `rows_where` takes it.
     by : str
-        The column it runs over.
+        The column that the curve runs over.
     """
 
     figure: str
@@ -124,20 +118,41 @@ class Curve:
     where: Where = field(default_factory=dict)
     by: str = "distance_m"
 
-    def with_(self, **more: Any) -> Curve:
-        """The same curve where more is asked of it."""
-        return Curve(figure=self.figure, right=self.right, where={**self.where, **more}, by=self.by)
+    def narrowed(self, **more: Wanted) -> Curve:
+        """Return the part of this curve that meets further conditions, given as column=value."""
+        return replace(self, where={**self.where, **more})
 
     def over(self, by: str) -> Curve:
-        """The same trials, as a curve over another column."""
-        return Curve(figure=self.figure, right=self.right, where=self.where, by=by)
+        """Return the same trials as a curve over another column."""
+        return replace(self, by=by)
 
     def cells(self, tables: Tables) -> list[Cell]:
-        """Tables in, a cell for each value of `by` out, rising."""
+        """Collect the trials of each condition along the curve.
+
+        Parameters
+        ----------
+        tables : mapping of str to DataFrame
+            Rows of trials by figure.
+
+        Returns
+        -------
+        list of Cell
+            One for each value of `by`, rising. Trials without periods are left out.
+
+        Raises
+        ------
+        NoTrials
+            If there are no such trials.
+        ValueError
+            If a seed has several rows at one condition.
+        """
         rows = rows_where(tables, self.figure, self.where)
         rows = rows[rows["periods"] > 0].sort_values("seed", kind="stable")
         if rows.duplicated([self.by, "seed"]).any():
-            raise ValueError(f"figure {self.figure} has several rows a seed and {self.by} with {dict(self.where)}")
+            raise ValueError(
+                f"figure {self.figure} has several rows per seed and {self.by} with {dict(self.where)}; "
+                "name the receiver and the frame rule, too"
+            )
         at = rows[self.by].to_numpy(float)
         shares, periods = (rows[self.right] / rows["periods"]).to_numpy(float), rows["periods"].to_numpy(int)
         return [Cell(float(here), shares[at == here], int(periods[at == here].sum())) for here in np.unique(at)]

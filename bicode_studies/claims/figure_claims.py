@@ -1,156 +1,215 @@
-"""How each claim about an experiment is tested (IV).   id of a claim -> a test of the figures' trials
+"""How each claim about an experiment of section IV is tested: the claim's id and a test of the figures' trials.
 
-IDs are those of our receiver; in Figs 12 and 14, where the paper sees a near-range loss, of the one with the
-authors' processing limit. 2D markers are those of the paper's 3-valued frames.
+IDs are those of our receiver. In Figs 12 and 14, where the paper sees a loss at short range, they are those of the
+receiver with the authors' processing limit. 2D markers are those found in the paper's 3-valued frames.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bicode_lab import paper
-from bicode_studies.claims.curves import DRAWS, Answer, Curve, Floats, Tables, Where, rows_where
+from bicode_studies.claims.claim_result import ClaimResult, Tables
+from bicode_studies.claims.curves import Curve, Where, rows_where
 from bicode_studies.claims.statistics import (
-    Test,
-    alike,
-    all_of,
-    better,
-    further,
-    longest,
-    rising,
-    worst,
+    ClaimTest,
+    accuracy_rises,
+    curves_alike,
+    least_favourable,
+    longest_range,
+    range_rises,
+    smallest_step,
+    worst_accuracy,
 )
+from bicode_studies.statistics import DRAWS, Floats
 
-NEAR = (0.0, 2.5)  # m: where the paper reads poses, and what IV-E calls short range
-NEARLY_EQUAL = 0.1  # mean difference of two accuracies that IV-D may call "nearly equivalent"
-APART = 0.9  # share of periods in which a marker read apart from the background is "effectively separated" (IV-E)
+NEAR = (0.0, 2.5)  # m: the distances at which the paper reads poses, called short range in IV-E
+NEARLY_EQUAL = 0.1  # the mean difference of two accuracies up to which we take them as "nearly equivalent" (IV-D)
+SEPARATED = 0.9  # the share of periods in which a marker that is "effectively separated" (IV-E) must be read
 NOON_LUX = (1e4, 9e4)  # "tens of thousands of lux" (IV-D)
 
 
-def blinker(figure: str, where: Where, receiver: str = "ours") -> Curve:
-    """A figure and a condition in, its curve of IDs out."""
+def id_curve(figure: str, where: Where, receiver: str = "ours") -> Curve:
+    """Return the curve of IDs of a figure under a condition.
+
+    Parameters
+    ----------
+    figure : str
+        "08" .. "14".
+    where : mapping
+        Column to value.
+    receiver : str
+        "ours", or "authors" for the one with the authors' processing limit.
+
+    Returns
+    -------
+    Curve
+    """
     return Curve(figure=figure, right="id_right", where={"receiver": receiver, "frame_rule_2d": "any", **where})
 
 
-def plate(figure: str, where: Where) -> Curve:
-    """A figure and a condition in, its curve of 2D markers out."""
+def curve_2d(figure: str, where: Where) -> Curve:
+    """Return the curve of 2D markers of a figure under a condition (column to value)."""
     return Curve(figure=figure, right="marker_2d_right", where={"receiver": "ours", "frame_rule_2d": "any", **where})
 
 
 LOW, STANDARD, HIGH = (f"{current:g}" for current in paper.FIG_8_CURRENTS_MA)
-ID_8 = {f"{current:g}": blinker("08", {"current_ma": current}) for current in paper.FIG_8_CURRENTS_MA}
-PLATE_8 = {f"{current:g}": plate("08", {"current_ma": current}) for current in paper.FIG_8_CURRENTS_MA}
-ID_9 = [blinker("09", {"yaw_deg": yaw}) for yaw in paper.FIG_9_YAWS_DEG]
-PLATE_9 = [plate("09", {"yaw_deg": yaw}) for yaw in paper.FIG_9_YAWS_DEG]
-ID_10 = [blinker("10", {"size_m": size}) for size in paper.FIG_10_SIZES_M]
-PLATE_10 = [plate("10", {"size_m": size}) for size in paper.FIG_10_SIZES_M]
+ID_8 = {f"{current:g}": id_curve("08", {"current_ma": current}) for current in paper.FIG_8_CURRENTS_MA}
+MARKER_2D_8 = {f"{current:g}": curve_2d("08", {"current_ma": current}) for current in paper.FIG_8_CURRENTS_MA}
+ID_9 = [id_curve("09", {"yaw_deg": yaw}) for yaw in paper.FIG_9_YAWS_DEG]
+MARKER_2D_9 = [curve_2d("09", {"yaw_deg": yaw}) for yaw in paper.FIG_9_YAWS_DEG]
+ID_10 = [id_curve("10", {"size_m": size}) for size in paper.FIG_10_SIZES_M]
+MARKER_2D_10 = [curve_2d("10", {"size_m": size}) for size in paper.FIG_10_SIZES_M]
 RED_OUTDOORS: Where = {"band": "red", "illuminance_lux": paper.EVENING_LUX}
 INFRARED: list[Where] = [{"band": "infrared", "illuminance_lux": lux} for lux in (paper.OFFICE_LUX, paper.EVENING_LUX)]
-ID_11 = [blinker("11", where) for where in INFRARED]
-PLATE_11 = [plate("11", where) for where in INFRARED]
-ID_12 = [blinker("12", {"speed_m_per_s": speed}, "authors") for speed in paper.FIG_12_SPEEDS_M_PER_S]
-PLATE_12 = [plate("12", {"speed_m_per_s": speed}) for speed in paper.FIG_12_SPEEDS_M_PER_S]
-ID_14 = [blinker("14", {"rpm": rpm}, "authors") for rpm in paper.FIG_14_SPEEDS_RPM]
-PLATE_14 = [plate("14", {"rpm": rpm}) for rpm in paper.FIG_14_SPEEDS_RPM]
+ID_11 = [id_curve("11", where) for where in INFRARED]
+MARKER_2D_11 = [curve_2d("11", where) for where in INFRARED]
+ID_12 = [id_curve("12", {"speed_m_per_s": speed}, "authors") for speed in paper.FIG_12_SPEEDS_M_PER_S]
+MARKER_2D_12 = [curve_2d("12", {"speed_m_per_s": speed}) for speed in paper.FIG_12_SPEEDS_M_PER_S]
+ID_14 = [id_curve("14", {"rpm": rpm}, "authors") for rpm in paper.FIG_14_SPEEDS_RPM]
+MARKER_2D_14 = [curve_2d("14", {"rpm": rpm}) for rpm in paper.FIG_14_SPEEDS_RPM]
 FIG_14_DISTANCES_M = (0.5, 1.0, 2.5)
 
 
-def area(tables: Tables, panel: str) -> Floats:
-    """Tables and a panel of Fig. 13 in; pixels of the marker's region in its frame, one number a seed, out."""
+def region_px(tables: Tables, panel: str) -> Floats:
+    """Return the marker's region in a frame of Fig. 13.
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        Rows of trials by figure.
+    panel : str
+        "a" .. "k".
+
+    Returns
+    -------
+    ndarray, shape (seeds,)
+        Number of pixels.
+    """
     return rows_where(tables, "13", {"panel": panel}).sort_values("seed")["region_px"].to_numpy(float)
 
 
-def _drawn(values: Floats, rng: np.random.Generator) -> Floats:
-    """Numbers in, means of drawn ones out, shape (DRAWS,)."""
+def _drawn_means(values: Floats, rng: np.random.Generator) -> Floats:
+    """Draw values with replacement and return the mean of each draw, shape (DRAWS,)."""
     return np.asarray(rng.choice(values, (DRAWS, values.size)).mean(axis=1))
 
 
-def larger(*panels: str) -> Test:
-    """Panels of Fig. 13, the smallest region first, in; a test of that order out."""
+def region_rises(*panels: str) -> ClaimTest:
+    """Test that the marker's region grows from each panel of Fig. 13 to the next, the smallest first."""
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
-        areas = [area(tables, panel) for panel in panels]
-        return rising([float(each.mean()) for each in areas], [_drawn(each, rng) for each in areas], "px")
+        regions = [region_px(tables, panel) for panel in panels]
+        return smallest_step([float(each.mean()) for each in regions], [_drawn_means(r, rng) for r in regions], "px")
 
     return test
 
 
-def area_ratio(above: str, below: str) -> Test:
-    """Two panels of Fig. 13 in, a test of the ratio of their regions out."""
+def region_ratio(above: str, below: str) -> ClaimTest:
+    """Test the ratio of the marker's regions in two panels of Fig. 13."""
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
-        a, b = area(tables, above), area(tables, below)
-        low, high = np.quantile(_drawn(a, rng) / _drawn(b, rng), [0.025, 0.975])
+        a, b = region_px(tables, above), region_px(tables, below)
+        low, high = np.quantile(_drawn_means(a, rng) / _drawn_means(b, rng), [0.025, 0.975])
         value = float(a.mean() / b.mean())
-        return Answer(ours=f"{a.mean():.4g} px / {b.mean():.4g} px", value=value, low=float(low), high=float(high))
+        return ClaimResult(ours=f"{a.mean():.4g} px / {b.mean():.4g} px", value=value, low=float(low), high=float(high))
 
     return test
 
 
-def noon(tables: Tables, lo: float, hi: float) -> Answer:
-    """F11.4: IDs and 2D markers of the infrared marker at every noon light that was tried."""
+def accuracy_at_noon(tables: Tables, lo: float, hi: float) -> ClaimResult:
+    """Test IDs and 2D markers of the infrared marker at every noon light that was tried (F11.4).
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        Rows of trials by figure.
+    lo, hi : float
+        Bounds of the claim.
+
+    Returns
+    -------
+    ClaimResult
+    """
     light: Where = {"band": "infrared", "illuminance_lux": NOON_LUX}
     levels = sorted(set(rows_where(tables, "11", light)["illuminance_lux"]))
     wheres: list[Where] = [{**light, "illuminance_lux": lux} for lux in levels]
-    return worst(*(make("11", where) for where in wheres for make in (blinker, plate)))(tables, lo, hi)
+    return worst_accuracy(*(make("11", where) for where in wheres for make in (id_curve, curve_2d)))(tables, lo, hi)
 
 
-def separated(tables: Tables, lo: float, hi: float) -> Answer:
-    """F12.6: how often our receiver, that has no processing limit, reads the panned marker apart from the wall."""
+def read_apart_from_wall(tables: Tables, lo: float, hi: float) -> ClaimResult:
+    """Test how often the marker is read apart from the moving wall, by our receiver without processing limit (F12.6).
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        Rows of trials by figure.
+    lo, hi : float
+        Not used: the claim states no bounds, so `SEPARATED` is the lower one.
+
+    Returns
+    -------
+    ClaimResult
+    """
     speeds = (paper.FIG_12_SPEEDS_M_PER_S[0], paper.FIG_12_SPEEDS_M_PER_S[-1])
-    curves = [blinker("12", {"speed_m_per_s": speed, "distance_m": 2.5}) for speed in speeds]
-    answer = worst(*curves)(tables, APART, 1.0)
-    return Answer(
-        ours=f"ID read {answer.ours}", value=answer.value, low=answer.low, high=answer.high, lo=APART, hi=1.0
-    )  # fmt: skip
+    curves = [id_curve("12", {"speed_m_per_s": speed, "distance_m": 2.5}) for speed in speeds]
+    result = worst_accuracy(*curves)(tables, SEPARATED, 1.0)
+    return replace(result, ours=f"ID read {result.ours}", lo=SEPARATED, hi=1.0)
 
 
-TESTS: dict[str, Test] = {
-    "F8.1": worst(PLATE_8[STANDARD].with_(distance_m=NEAR)),
-    "F8.2": worst(PLATE_8[STANDARD].with_(distance_m=(5.01, 1e3))),
-    "F8.3": longest(ID_8[STANDARD]),
-    "F8.4": longest(ID_8[HIGH]),
-    "F8.5": further(ID_8[LOW], ID_8[STANDARD], ID_8[HIGH]),
-    "F8.6": further(PLATE_8[HIGH], PLATE_8[STANDARD], PLATE_8[LOW]),
-    "F8.7": larger("b", "c"),
-    "A1": longest(*ID_8.values()),
-    "A2": longest(PLATE_8[STANDARD]),
-    "F9.1": worst(*(curve.with_(distance_m=NEAR) for curve in PLATE_9[:2])),
-    "F9.2": worst(PLATE_9[2]),
-    "F9.3": longest(ID_9[2]),
-    "F9.4": further(*ID_9[::-1]),
-    "F9.5": area_ratio("e", "b"),
-    "F10.1": worst(PLATE_10[2].with_(distance_m=(0, 7.5))),
-    "F10.2": further(*PLATE_10),
-    "F10.3": worst(ID_10[2].with_(distance_m=(0, 40))),
-    "F10.4": further(*ID_10),
-    "F10.5": longest(ID_10[0]),
-    "F10.6": worst(PLATE_10[0].with_(distance_m=1.0)),
-    "F10.7": larger("f", "b", "g"),
-    "F11.0": worst(blinker("11", RED_OUTDOORS), plate("11", RED_OUTDOORS)),
-    "F11.1": worst(*(curve.with_(distance_m=NEAR) for curve in (*ID_11, *PLATE_11))),
-    "F11.2": worst(*(curve.with_(distance_m=20.0) for curve in ID_11)),
-    "F11.3": all_of(alike(ID_11[1], ID_8[STANDARD], NEARLY_EQUAL), alike(PLATE_11[1], PLATE_8[STANDARD], NEARLY_EQUAL)),
-    "F11.4": noon,
-    "F12.1": worst(PLATE_12[2].with_(distance_m=1.0)),
-    "F12.2": worst(PLATE_12[2].with_(distance_m=2.5)),
-    "F12.3": better(*PLATE_12[::-1]),
-    "F12.4": worst(ID_12[2].with_(distance_m=20.0)),
-    "F12.5": all_of(
-        *(better(curve.with_(distance_m=NEAR), blinker("08", {"current_ma": 10.7}, "authors")) for curve in ID_12)
+TESTS: dict[str, ClaimTest] = {
+    "F8.1": worst_accuracy(MARKER_2D_8[STANDARD].narrowed(distance_m=NEAR)),
+    "F8.2": worst_accuracy(MARKER_2D_8[STANDARD].narrowed(distance_m=(5.01, 1e3))),
+    "F8.3": longest_range(ID_8[STANDARD]),
+    "F8.4": longest_range(ID_8[HIGH]),
+    "F8.5": range_rises(ID_8[LOW], ID_8[STANDARD], ID_8[HIGH]),
+    "F8.6": range_rises(MARKER_2D_8[HIGH], MARKER_2D_8[STANDARD], MARKER_2D_8[LOW]),
+    "F8.7": region_rises("b", "c"),
+    "A1": longest_range(*ID_8.values()),
+    "A2": longest_range(MARKER_2D_8[STANDARD]),
+    "F9.1": worst_accuracy(*(curve.narrowed(distance_m=NEAR) for curve in MARKER_2D_9[:2])),
+    "F9.2": worst_accuracy(MARKER_2D_9[2]),
+    "F9.3": longest_range(ID_9[2]),
+    "F9.4": range_rises(*ID_9[::-1]),
+    "F9.5": region_ratio("e", "b"),
+    "F10.1": worst_accuracy(MARKER_2D_10[2].narrowed(distance_m=(0, 7.5))),
+    "F10.2": range_rises(*MARKER_2D_10),
+    "F10.3": worst_accuracy(ID_10[2].narrowed(distance_m=(0, 40))),
+    "F10.4": range_rises(*ID_10),
+    "F10.5": longest_range(ID_10[0]),
+    "F10.6": worst_accuracy(MARKER_2D_10[0].narrowed(distance_m=1.0)),
+    "F10.7": region_rises("f", "b", "g"),
+    "F11.0": worst_accuracy(id_curve("11", RED_OUTDOORS), curve_2d("11", RED_OUTDOORS)),
+    "F11.1": worst_accuracy(*(curve.narrowed(distance_m=NEAR) for curve in (*ID_11, *MARKER_2D_11))),
+    "F11.2": worst_accuracy(*(curve.narrowed(distance_m=20.0) for curve in ID_11)),
+    "F11.3": least_favourable(
+        curves_alike(ID_11[1], ID_8[STANDARD], NEARLY_EQUAL),
+        curves_alike(MARKER_2D_11[1], MARKER_2D_8[STANDARD], NEARLY_EQUAL),
     ),
-    "F12.6": separated,
-    "F14.1": worst(*(curve.with_(distance_m=(0, 1)) for curve in PLATE_14)),
-    "F14.2": all_of(
-        better(*PLATE_14[::-1]),
-        better(*(plate("14", {"distance_m": at}).over("rpm") for at in FIG_14_DISTANCES_M[::-1])),
+    "F11.4": accuracy_at_noon,
+    "F12.1": worst_accuracy(MARKER_2D_12[2].narrowed(distance_m=1.0)),
+    "F12.2": worst_accuracy(MARKER_2D_12[2].narrowed(distance_m=2.5)),
+    "F12.3": accuracy_rises(*MARKER_2D_12[::-1]),
+    "F12.4": worst_accuracy(ID_12[2].narrowed(distance_m=20.0)),
+    "F12.5": least_favourable(
+        *(
+            accuracy_rises(curve.narrowed(distance_m=NEAR), id_curve("08", {"current_ma": 10.7}, "authors"))
+            for curve in ID_12
+        )
     ),
-    "F14.3": worst(PLATE_14[2].with_(distance_m=2.5)),
-    "F14.4": better(*ID_14[::-1]),
-    "F14.5": worst(ID_14[2]),
-    "F14.6": worst(ID_14[0]),
-    "F14.7": better(*(blinker("14", {"distance_m": at}, "authors").over("rpm") for at in FIG_14_DISTANCES_M)),
-    "F14.8": larger("k", "j"),
+    "F12.6": read_apart_from_wall,
+    "F14.1": worst_accuracy(*(curve.narrowed(distance_m=(0, 1)) for curve in MARKER_2D_14)),
+    "F14.2": least_favourable(
+        accuracy_rises(*MARKER_2D_14[::-1]),
+        accuracy_rises(*(curve_2d("14", {"distance_m": at}).over("rpm") for at in FIG_14_DISTANCES_M[::-1])),
+    ),
+    "F14.3": worst_accuracy(MARKER_2D_14[2].narrowed(distance_m=2.5)),
+    "F14.4": accuracy_rises(*ID_14[::-1]),
+    "F14.5": worst_accuracy(ID_14[2]),
+    "F14.6": worst_accuracy(ID_14[0]),
+    "F14.7": accuracy_rises(*(id_curve("14", {"distance_m": at}, "authors").over("rpm") for at in FIG_14_DISTANCES_M)),
+    "F14.8": region_rises("k", "j"),
 }

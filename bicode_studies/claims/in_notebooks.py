@@ -1,4 +1,4 @@
-"""What a notebook on a figure of section IV ends with: which constants were fitted, and its claims with verdicts."""
+"""What a notebook on a figure of section IV ends with: the constants that were fitted, and its claims with verdicts."""
 
 from __future__ import annotations
 
@@ -6,38 +6,78 @@ import pandas as pd
 
 from bicode_lab.constants import all_constants
 from bicode_studies.claims.points import stated_points
+from bicode_studies.claims.table import interval_text, read_claims, read_trials
 from bicode_studies.claims.verdicts import judge_claims
-from bicode_studies.cli.claims import interval_of, read_claims, read_tables
-from bicode_studies.repository import figures_folder, repository_root
+from bicode_studies.repository import figures_folder
 
 
-def points_of(figure: str, by: str, levels: list[float], condition: str = "") -> pd.DataFrame:
-    """A figure, "08" .. "14", and what its curves differ in, in; the points that the paper states out.
+def points_of(figure: str, by: str, levels: list[float], band: str = "") -> pd.DataFrame:
+    """Return the points that the paper states for a figure.
 
-    `condition` keeps only claims whose condition has these words; see `evaluation.stated.stated_points`.
+    Parameters
+    ----------
+    figure : str
+        "08" .. "14".
+    by : str
+        The column that tells the figure's curves apart.
+    levels : list of float
+        The curves' values of `by`.
+    band : str, optional
+        "red" or "infrared", for the claims about light of this band only.
+
+    Returns
+    -------
+    DataFrame
+        Rows of `bicode_studies.claims.points.stated_points`.
     """
-    claims = read_claims(repository_root())
-    return stated_points(claims[claims["condition"].str.contains(condition, regex=False)], figure, by, levels)
+    claims = read_claims()
+    return stated_points(claims[claims["band"] == band] if band else claims, figure, by, levels)
 
 
-def claims_of(figure: str, table: pd.DataFrame) -> pd.DataFrame:
-    """A figure and the rows of its trials in; its claims, judged, out.
+def claims_of(figure: str, table: pd.DataFrame, quick: bool) -> pd.DataFrame:
+    """Judge the claims of a figure by its trials, with the rule of ``bicode claims``.
 
-    The rule is that of ``bicode claims``. What a claim asks of other figures is taken from their tables, where they
-    were written to the folder of figures before.
+    Parameters
+    ----------
+    figure : str
+        "08" .. "14".
+    table : DataFrame
+        The rows of the figure's trials.
+    quick : bool
+        True where these are the short trials. Other figures that a claim refers to are taken from the tables of the
+        same scale, if these have been made before.
+
+    Returns
+    -------
+    DataFrame
+        One row for each number and order of the figure: the paper's words, what is tested, our finding with its 95 %
+        interval, verdict and note.
     """
-    claims = read_claims(repository_root())
+    claims = read_claims()
     is_of = claims["id"].str.startswith(f"F{int(figure)}.") | claims["figure"].str.match(rf"{int(figure)}[a-k]")
     mine = claims[is_of & claims["kind"].isin(["number", "order"])]
-    judged = judge_claims(mine, {**read_tables(figures_folder()), figure: table})
+    judged = judge_claims(mine, {**read_trials(quick, figures_folder()), figure: table})
     shown = judged[["id", "claim", "tested", "ours"]].assign(
-        interval=[interval_of(row) for row in judged.to_dict("records")], verdict=judged["verdict"], note=judged["note"]
-    )
+        interval=[interval_text(row) for row in judged.to_dict("records")],
+        verdict=judged["verdict"], note=judged["note"],
+    )  # fmt: skip
     return shown.rename(columns={"claim": "the paper", "interval": "95 %"}).set_index("id")
 
 
 def fitted_for(figure: str) -> pd.DataFrame:
-    """A figure in; the constants of `constants.csv` that were fitted, and whether this figure was used for it, out."""
+    """List the constants of ``constants.csv`` that were fitted to the paper.
+
+    Parameters
+    ----------
+    figure : str
+        "08" .. "14".
+
+    Returns
+    -------
+    DataFrame
+        One row for each constant: value, unit, range, what it was fitted to, whether that is this figure, and what the
+        constant is.
+    """
     number = int(figure)
     rows = []
     for each in all_constants().values():

@@ -1,17 +1,11 @@
-"""What the trials say of a claim.   curves -> a number of ours with its interval
+"""Tests of claims: each turns curves of accuracy into a number of ours with its 95 % interval.
 
-A *curve* is a figure's trials at one condition, over distance. Of curves are taken
+`worst_accuracy` judges the accuracy that agrees least, `longest_range` the largest tested distance with an accuracy
+of one half or more, `range_rises` and `accuracy_rises` an order of curves, `curves_alike` the mean difference of two.
 
-    worst     the accuracy that is furthest from what the claim says of all of them
-    longest   the largest tested distance with accuracy >= 0.5
-    further   orders of ranges: by how much the interpolated 50 % distances rise, at the smallest step
-    better    orders of accuracies: by how much accuracy rises from the first level to the last, mean over
-              the places (distances, speeds) that all levels have
-    alike     the mean difference of two curves, its sign left out
-
-Intervals are 95 %, by a bootstrap over seeds: of each condition as many seeds as it has are drawn, with
-repetition, 2000 times. Seeds of different conditions are drawn apart, which widens the interval of a difference
-where they have something in common.
+Intervals come from a bootstrap over seeds: for each condition as many seeds as it has are drawn with replacement.
+Seeds of different conditions are drawn independently. This widens the interval of a difference where the conditions
+share some of their chance.
 """
 
 from __future__ import annotations
@@ -20,125 +14,153 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-from bicode_studies.claims.curves import Answer, Curve, Floats, NoTrials, Tables
-from bicode_studies.statistics import bootstrap
+from bicode_studies.claims.claim_result import ClaimResult, NoTrials, Tables
+from bicode_studies.claims.curves import Curve
+from bicode_studies.statistics import Floats, bootstrap, last_reached, ranges_m
 
-HALF = 0.5  # a range ends where accuracy falls below it
-
-Test = Callable[[Tables, float, float], Answer]
-"""Tables and the claim's bounds in, our answer out."""
+ClaimTest = Callable[[Tables, float, float], ClaimResult]
+"""A test takes the tables of trials and the claim's bounds `lo` and `hi`, and returns what we find."""
 
 
-def worst(*curves: Curve) -> Test:
-    """Curves in; a test of all their accuracies out, which answers with the one that agrees least."""
+def worst_accuracy(*curves: Curve) -> ClaimTest:
+    """Test all accuracies of some curves; the one that agrees least with the claim is judged.
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    Parameters
+    ----------
+    *curves : Curve
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`.
+    """
+
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
         found = []
         for curve in curves:
             for cell in curve.cells(tables):
                 low, high = bootstrap(cell.shares, cell.periods, rng)
-                told = f"{cell.accuracy:.3g} at {cell.distance_m:g} m ({cell.shares.size} seeds)"
+                ours = f"{cell.accuracy:.3g} at {cell.at:g} m ({cell.shares.size} seeds)"
                 value = cell.accuracy
-                found.append((_beyond(value, value, lo, hi), _beyond(low, high, lo, hi), told, value, low, high))
-        _, _, told, value, low, high = max(found)
-        return Answer(ours=told, value=value, low=low, high=high)
+                found.append((_excess(value, value, lo, hi), _excess(low, high, lo, hi), ours, value, low, high))
+        _, _, ours, value, low, high = max(found)
+        return ClaimResult(ours=ours, value=value, low=low, high=high)
 
     return test
 
 
-def _beyond(low: float, high: float, lo: float, hi: float) -> float:
-    """How far an accuracy's ends are outside of bounds; 0 and 1 bound nothing, for no accuracy is beyond them."""
+def _excess(low: float, high: float, lo: float, hi: float) -> float:
+    """Return how far an interval leaves its bounds; 0 and 1 are no bounds, for no accuracy lies beyond them."""
     return max(lo - low if lo > 0 else -1.0, high - hi if hi < 1 else -1.0)
 
 
-def longest(*curves: Curve) -> Test:
-    """Curves in; a test of the largest tested distance that one of them reaches out."""
+def longest_range(*curves: Curve) -> ClaimTest:
+    """Test the largest tested distance at which one of the curves has an accuracy of one half or more.
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    Parameters
+    ----------
+    *curves : Curve
+        Curves over distance.
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`. The ends of its interval are tested distances, too.
+    """
+
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
         found = []
         for curve in curves:
             cells = curve.cells(tables)
-            at = np.array([0.0, *(cell.distance_m for cell in cells)])
-            reached = _reached(np.column_stack([cell.draws(rng) for cell in cells]))
+            at = np.array([0.0, *(cell.at for cell in cells)])
+            reached = last_reached(np.column_stack([cell.draws(rng) for cell in cells]))
             low, high = np.quantile(at[reached], [0.025, 0.975], method="closest_observation")
-            value = at[_reached(np.array([[cell.accuracy for cell in cells]]))[0]]
+            value = at[last_reached(np.array([[cell.accuracy for cell in cells]]))[0]]
             found.append((float(value), float(low), float(high)))
         value, low, high = max(found)
-        return Answer(ours=f"{value:g} m", value=value, low=low, high=high)
+        return ClaimResult(ours=f"{value:g} m", value=value, low=low, high=high)
 
     return test
 
 
-def _reached(accuracies: Floats) -> npt.NDArray[np.int64]:
-    """Accuracies over rising distance, shape (n, distances), in; how many distances lie within the range out, (n,)."""
-    above = accuracies >= HALF
-    return np.asarray(np.where(above.any(axis=1), above.shape[1] - above[:, ::-1].argmax(axis=1), 0))
+def range_rises(*curves: Curve) -> ClaimTest:
+    """Test that the range rises from each curve to the next.
 
+    Parameters
+    ----------
+    *curves : Curve
+        Curves over distance, the shortest range first.
 
-def half_distances(at_m: Floats, accuracies: Floats) -> Floats:
-    """Rising distances, shape (d,), and accuracies, shape (n, d), in; where each falls below one half out, (n,) [m].
-
-    Straight lines are drawn from the last distance with an accuracy of one half or more to the next; 0 where there
-    is none, the last distance where there is none behind.
-
-    Examples
-    --------
-    >>> half_distances(np.array([1.0, 2.0, 4.0]), np.array([[1, 0.75, 0.25], [1, 1, 0.6], [0.2, 0.1, 0]]))
-    array([3., 4., 0.])
+    Returns
+    -------
+    callable
+        A `ClaimTest` of ranges as `bicode_studies.statistics.ranges_m` defines them.
     """
-    n = _reached(accuracies)
-    rows = np.arange(len(accuracies))
-    inner = (n > 0) & (n < at_m.size)
-    here, there = np.maximum(n - 1, 0), np.minimum(n, at_m.size - 1)
-    above, below = accuracies[rows, here], accuracies[rows, there]
-    step = np.where(inner, (above - HALF) / np.where(inner, above - below, 1), 0)
-    return np.asarray(np.where(n > 0, at_m[here] + step * (at_m[there] - at_m[here]), 0.0))
 
-
-def further(*curves: Curve) -> Test:
-    """Curves, the shortest range first, in; a test of that order out."""
-
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
         values, draws = [], []
         for curve in curves:
             cells = curve.cells(tables)
-            at = np.array([cell.distance_m for cell in cells])
-            values.append(half_distances(at, np.array([[cell.accuracy for cell in cells]])))
-            draws.append(half_distances(at, np.column_stack([cell.draws(rng) for cell in cells])))
-        return rising([float(value[0]) for value in values], draws, "m")
+            at_m = np.array([cell.at for cell in cells])
+            values.append(ranges_m(at_m, np.array([[cell.accuracy for cell in cells]])))
+            draws.append(ranges_m(at_m, np.column_stack([cell.draws(rng) for cell in cells])))
+        return smallest_step([float(value[0]) for value in values], draws, "m")
 
     return test
 
 
-def rising(values: Sequence[float], draws: Sequence[Floats], unit: str) -> Answer:
-    """Numbers that should rise, and draws of each, in; the answer, judged by the step that rises least, out."""
+def smallest_step(values: Sequence[float], draws: Sequence[Floats], unit: str) -> ClaimResult:
+    """Judge numbers that should rise by the step that rises least.
+
+    Parameters
+    ----------
+    values : sequence of float
+        The smallest first.
+    draws : sequence of ndarray, each of shape (DRAWS,)
+        Draws of each value.
+    unit : str
+        Unit of the values.
+
+    Returns
+    -------
+    ClaimResult
+        An order; `value` is the smallest step.
+    """
     steps = []
     for (first, then), (drawn_first, drawn_then) in zip(pairwise(values), pairwise(draws), strict=True):
         low, high = np.quantile(drawn_then - drawn_first, [0.025, 0.975])
         steps.append((float(low), then - first, float(high)))
     low, value, high = min(steps)
-    return Answer(
-        ours=f"{', '.join(f'{value:.3g}' for value in values)} {unit}; least step {value:+.3g}",
-        value=value, low=low, high=high, is_order=True,
-    )  # fmt: skip
+    listed = ", ".join(f"{value:.3g}" for value in values)
+    ours = f"{listed} {unit}; smallest step {value:+.3g}"
+    return ClaimResult(ours=ours, value=value, low=low, high=high, is_order=True)
 
 
-def better(*levels: Curve) -> Test:
-    """Curves, the one of the lowest accuracy first, in; a test of that order at the places they share out.
+def accuracy_rises(*levels: Curve) -> ClaimTest:
+    """Test that accuracy rises from each curve to the next, at the places that all of them have.
 
-    Accuracies end at 0 and 1, so levels may tie at single places: what must rise is the mean, from the first
-    level to the last. But no step between neighbouring levels may fall at any place, beyond an interval wide
-    enough that it happens by chance in 5 % of all such tests (Bonferroni).
+    Accuracies end at 0 and 1, so levels may tie at single places: the mean must rise from the first level to the
+    last. No step between neighbouring levels may fall at any place by more than chance; the interval of a step is so
+    wide that in 5 % of all such tests chance alone makes one of them fall (Bonferroni).
+
+    Parameters
+    ----------
+    *levels : Curve
+        Curves over the same column, the lowest accuracy first.
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`. It raises `NoTrials` if the curves have no place in common.
     """
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
-        curves = [{cell.distance_m: cell for cell in level.cells(tables)} for level in levels]
+        curves = [{cell.at: cell for cell in level.cells(tables)} for level in levels]
         places = sorted(set.intersection(*(set(curve) for curve in curves)))
         if not places:
             raise NoTrials(f"the curves of figure {levels[0].figure} have no place in common")
@@ -154,7 +176,7 @@ def better(*levels: Curve) -> Test:
             if np.quantile(then[at] - first[at], beyond) < 0
         ]
         means = ", ".join(f"{np.mean([curve[at].accuracy for at in places]):.3g}" for curve in curves)
-        return Answer(
+        return ClaimResult(
             ours=f"{means}; rises by {value:+.2g}", value=value, low=float(low), high=float(high),
             is_order=True, broken=", ".join(falls),
         )  # fmt: skip
@@ -162,38 +184,62 @@ def better(*levels: Curve) -> Test:
     return test
 
 
-def alike(first: Curve, then: Curve, within: float) -> Test:
-    """Two curves and a difference in; a test that they differ by no more, mean over distances, out."""
+def curves_alike(first: Curve, then: Curve, within: float) -> ClaimTest:
+    """Test that two curves differ little, by the mean of their absolute differences.
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
+    Parameters
+    ----------
+    first, then : Curve
+        Curves over distance.
+    within : float
+        The largest mean difference of accuracy that agrees, 0 .. 1.
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`. It raises `NoTrials` if the curves have no distance in common.
+    """
+
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
-        a, b = ({cell.distance_m: cell for cell in curve.cells(tables)} for curve in (first, then))
+        a, b = ({cell.at: cell for cell in curve.cells(tables)} for curve in (first, then))
         places = sorted(set(a) & set(b))
         if not places:
             raise NoTrials(f"figures {first.figure} and {then.figure} have no distance in common")
         value = float(np.mean([abs(a[at].accuracy - b[at].accuracy) for at in places]))
         drawn = np.mean([np.abs(a[at].draws(rng) - b[at].draws(rng)) for at in places], axis=0)
         low, high = np.quantile(drawn, [0.025, 0.975])
-        told = f"differ by {value:.2g} over {len(places)} distances"
-        return Answer(ours=told, value=value, low=float(low), high=float(high), lo=0.0, hi=within)
+        ours = f"differ by {value:.2g} over {len(places)} distances"
+        return ClaimResult(ours=ours, value=value, low=float(low), high=float(high), lo=0.0, hi=within)
 
     return test
 
 
-def all_of(*tests: Test) -> Test:
-    """Tests of one claim in; one that answers with the answer that agrees least out."""
+def least_favourable(*tests: ClaimTest) -> ClaimTest:
+    """Combine several tests of one claim; the least favourable result counts.
 
-    def test(tables: Tables, lo: float, hi: float) -> Answer:
-        answers = [each(tables, lo, hi) for each in tests]
-        return min(answers, key=lambda answer: (not answer.broken, _margin(answer, lo, hi)))
+    Parameters
+    ----------
+    *tests : callable
+        `ClaimTest` functions.
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`.
+    """
+
+    def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
+        results = [each(tables, lo, hi) for each in tests]
+        return min(results, key=lambda result: (not result.broken, _margin(result, lo, hi)))
 
     return test
 
 
-def _margin(answer: Answer, lo: float, hi: float) -> float:
-    """How far inside its bounds an answer's value lies; for orders, the lower end of its interval."""
-    if answer.is_order:
-        return answer.low or 0.0
-    least, most = (lo if answer.lo is None else answer.lo), (hi if answer.hi is None else answer.hi)
-    value = answer.value or 0.0
+def _margin(result: ClaimResult, lo: float, hi: float) -> float:
+    """Return how far inside its bounds a value lies; for an order, the lower end of its interval."""
+    if result.is_order:
+        return result.low or 0.0
+    least, most = (lo if result.lo is None else result.lo), (hi if result.hi is None else result.hi)
+    value = result.value or 0.0
     return min(value - least, most - value)

@@ -5,13 +5,12 @@ import pytest
 
 from bicode_lab import paper
 from bicode_studies.claims.points import stated_points
-from bicode_studies.cli.claims import read_claims
-from bicode_studies.repository import repository_root
+from bicode_studies.claims.table import read_claims
 
 
 @pytest.fixture(scope="module")
 def claims() -> pd.DataFrame:
-    return read_claims(repository_root())
+    return read_claims()
 
 
 def point(claims: pd.DataFrame, figure: str, by: str, levels, name: str) -> pd.DataFrame:
@@ -59,5 +58,5 @@ def test_no_number_about_accuracy_or_range_of_a_figure_is_left_out(claims):
 
 
 def test_an_unknown_column_is_refused_with_those_there_are(claims):
-    with pytest.raises(ValueError, match="by='colour' is named by no claim; choose one of current_ma"):
+    with pytest.raises(ValueError, match="by='colour' is stated by no claim; choose one of current_ma"):
         stated_points(claims, "08", "colour", [1])

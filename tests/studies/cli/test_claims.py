@@ -1,4 +1,4 @@
-"""``bicode claims`` and the table in the README."""
+"""``bicode claims`` and the table in docs/claims.md."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bicode_studies.claims.verdicts import CAUSES, judge_claims
-from bicode_studies.cli import claims as module
-from bicode_studies.cli.claims import (
+from bicode_studies.claims import table as module
+from bicode_studies.claims.table import (
     as_json,
     as_markdown,
+    as_page,
     as_text,
     missing_line,
     read_claims,
-    read_tables,
-    with_claims,
+    read_trials,
 )
+from bicode_studies.claims.verdicts import judge_claims
 from bicode_studies.cli.main import main
 from tests.studies.claims.paper_world import paper_world
 
@@ -29,20 +29,20 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A repository with the claims, the README's marks, and trials of a world as the paper says."""
+    """A repository with the claims, and with trials of a world as the paper says."""
     root = tmp_path_factory.mktemp("repository")
-    for name in ("notebooks", "bicode_lab", "data", "figures"):
+    for name in ("notebooks", "bicode_lab", "data", "figures", "results"):
         (root / name).mkdir()
     (root / "data" / "paper_claims.csv").write_bytes((ROOT / "data" / "paper_claims.csv").read_bytes())
-    (root / "README.md").write_text(f"Before\n{module.BEGIN}\nold\n{module.END}\nafter\n")
     for figure, table in paper_world().items():
-        table.to_csv(root / "figures" / module.TABLES[figure], index=False, float_format="%.6g")
+        path = root / "figures" / module.FRAMES if figure == "13" else root / "results" / f"{figure}.csv"
+        table.to_csv(path, index=False, float_format="%.6g")
     return root
 
 
 @pytest.fixture
 def claims(repository: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """A function: words typed after ``bicode claims`` in; (exit code, stdout, stderr) out."""
+    """A function that takes the words after ``bicode claims`` and returns exit code, stdout and stderr."""
     monkeypatch.chdir(repository)
 
     def run(*words: str) -> tuple[object, str, str]:
@@ -55,7 +55,7 @@ def claims(repository: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Cap
 
 
 def test_it_covers_every_claim_in_every_form(claims) -> None:
-    names = read_claims(ROOT)["id"].tolist()
+    names = read_claims()["id"].tolist()
     code, out, err = claims("--format", "json")
     assert (code, err) == (0, "")
     assert [row["id"] for row in json.loads(out)] == names
@@ -67,42 +67,34 @@ def test_it_covers_every_claim_in_every_form(claims) -> None:
     )
 
 
-def test_it_says_which_trials_are_missing_and_what_makes_them(
-    claims, repository: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_says_which_trials_are_missing_and_what_makes_them(claims) -> None:
     code, out, err = claims("--quick")
     assert code == 1
     assert "no trials yet" in out
     assert err.count("\n") == 1
-    assert "fig_08_current.csv" in err
+    assert "results/quick/08.csv" in err
+    assert "figures/quick/fig_13_frames.csv" in err
     assert "bicode figures --only 08" in err
-    assert "--full --only 14" in missing_line(repository / "data", quick=False)
-    assert missing_line(repository / "figures", quick=False) == ""
+    assert "--full --only 14" in missing_line(set(), quick=False)
+    assert missing_line(set(read_trials(quick=False)), quick=False) == ""
 
 
-def test_it_writes_the_table_between_the_marks_and_nothing_else(claims, repository: Path) -> None:
-    readme = repository / "README.md"
-    assert claims("--write-readme")[0] == 0
-    text = readme.read_text()
-    assert text.startswith(f"Before\n{module.BEGIN}\nOf 39 numbers and orders: ")
-    assert text.endswith(f"\n{module.END}\nafter\n")
-    assert "old" not in text.split("after")[0].split("\n")
-    assert claims("--write-readme")[0] == 0
-    assert readme.read_text() == text
-    code, _, err = claims("--write-readme", "--quick")
+def test_it_writes_the_page_and_the_same_page_again(claims, repository: Path) -> None:
+    page = repository / "docs" / "claims.md"
+    assert claims("--write")[0] == 0
+    text = page.read_text()
+    assert "\nOf 39 numbers and orders: " in text
+    assert "| P01 |" in text
+    assert claims("--write")[0] == 0
+    assert page.read_text() == text
+    code, _, err = claims("--write", "--quick")
     assert code == 2
-    assert "leave --quick out" in err
-
-
-def test_a_readme_without_marks_is_refused() -> None:
-    for text in ("", module.BEGIN, f"{module.BEGIN}{module.END}{module.BEGIN}"):
-        with pytest.raises(ValueError, match="once each"):
-            with_claims(text, "table")
+    assert "leave out --quick" in err
 
 
 def test_the_same_trials_give_the_same_table() -> None:
     """Rows in any order, numbers as a figure's file keeps them: six digits."""
-    claims = read_claims(ROOT)
+    claims = read_claims()
     world = paper_world()
     shuffled = {figure: table.sample(frac=1, random_state=3) for figure, table in world.items()}
     once, again = judge_claims(claims, world), judge_claims(claims, shuffled)
@@ -113,29 +105,33 @@ def test_the_same_trials_give_the_same_table() -> None:
         assert form(once) == form(judge_claims(claims, world))
 
 
-def test_the_readme_holds_the_table_of_the_committed_trials() -> None:
-    line = missing_line(ROOT / "figures", quick=False)
+@pytest.fixture(scope="module")
+def judged() -> pd.DataFrame:
+    """Every claim, judged by the committed trials."""
+    tables = read_trials(quick=False)
+    line = missing_line(set(tables), quick=False)
     if line:
         pytest.skip(line)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    table = as_markdown(judge_claims(read_claims(ROOT), read_tables(ROOT / "figures")))
-    assert readme == with_claims(readme, table), "README.md is out of date: bicode claims --write-readme"
+    return judge_claims(read_claims(), tables)
 
 
-def test_each_claim_that_does_not_come_out_has_a_cause_and_no_other() -> None:
-    line = missing_line(ROOT / "figures", quick=False)
-    if line:
-        pytest.skip(line)
-    judged = judge_claims(read_claims(ROOT), read_tables(ROOT / "figures"))
+def test_the_page_holds_the_table_of_the_committed_trials(judged: pd.DataFrame) -> None:
+    page = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
+    assert page == as_page(judged), "docs/claims.md is out of date: bicode claims --write"
+
+
+def test_each_claim_that_does_not_come_out_has_a_cause_and_no_other(judged: pd.DataFrame) -> None:
     open_ones = set(judged.loc[judged["verdict"].isin(["contradicted", "undecided"]), "id"])
-    assert open_ones == set(CAUSES)
-    for name, cause in CAUSES.items():
+    causes = read_claims().set_index("id")["cause"]
+    causes = causes[causes != ""]
+    assert open_ones == set(causes.index)
+    for name, cause in causes.items():
         numbers = re.findall(r"notebook (\d\d)", cause)
         assert numbers, f"{name}: name the notebook whose experiment shows it"
         assert all(list((ROOT / "notebooks").glob(f"{number}_*.ipynb")) for number in numbers)
 
 
 def test_a_claim_that_was_not_tested_stays_in_the_table() -> None:
-    judged = judge_claims(read_claims(ROOT), {})
+    judged = judge_claims(read_claims(), {})
     assert isinstance(judged, pd.DataFrame)
     assert as_markdown(judged).count("| no trials yet") == (judged["verdict"] == "no trials yet").sum() > 39

@@ -1,0 +1,52 @@
+"""What we find for one claim of the paper: a number with its interval, a fact, or a reason why there is neither."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+Tables = Mapping[str, pd.DataFrame]
+"""Rows of trials by figure, "08" to "14"."""
+
+
+class NoTrials(LookupError):
+    """Raised where a figure has no trials, or none at the condition that is asked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClaimResult:
+    """What we find for one claim.
+
+    Parameters
+    ----------
+    ours : str
+        Our finding in words and numbers.
+    value, low, high : float, optional
+        The number that is judged, and the ends of its 95 % interval.
+    lo, hi : float, optional
+        Bounds of agreement, where the claim itself states none.
+    is_order : bool
+        True where `value` is a difference that must be above 0. If its interval holds 0, the order is a tie.
+    broken : str
+        Where the order goes the other way by more than chance; empty if it does so nowhere.
+    holds : bool, optional
+        For a fact without chance: whether it is as the paper says.
+    is_input : bool
+        True for a fact that the package or the trials take from the paper, so that agreement is no evidence.
+    why_not : str
+        Why the claim cannot be tested; empty if it can.
+    """
+
+    ours: str = ""
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    lo: float | None = None
+    hi: float | None = None
+    is_order: bool = False
+    broken: str = ""
+    holds: bool | None = None
+    is_input: bool = False
+    why_not: str = ""

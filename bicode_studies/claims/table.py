@@ -1,0 +1,193 @@
+"""The claims and the trials that judge them, read from their files, and the verdicts as a table to read."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pandas as pd
+
+from bicode_studies.claims.verdicts import VERDICTS, count_verdicts
+from bicode_studies.repository import repository_root, results_folder
+
+FIGURES = ("08", "09", "10", "11", "12", "14")
+
+FRAMES = "fig_13_frames.csv"
+"""The regions of Fig. 13. It has no sweep: a dozen single frames, which notebook 13 records and measures itself."""
+
+MAX_CELL_LETTERS = 50  # in a column of the terminal's table; JSON and markdown have the whole text
+HEAD = """# The paper's claims, judged by our trials
+
+This file is generated: `bicode claims --write`. The claims are in `data/paper_claims.csv`, the trials in `results/`
+(Fig. 13: `figures/fig_13_frames.csv`). One rule judges all of them:
+
+- **reproduced**: our value is within the claim's bounds, or our facts and orders are as the paper says.
+- **contradicted**: our value and its whole 95 % interval are outside the bounds.
+- **undecided**: our value is outside, but its interval reaches the bounds; or an order is a tie.
+- **calibrated on**: a constant of the camera was fitted to this claim, so agreement is no evidence.
+- **used as stated**: the package or its trials take this value from the paper, so agreement is no evidence.
+- **not testable here**: the package has no model of what the claim is about.
+
+Constants are fitted to the claims that are "calibrated on" and to no other.
+"""
+
+
+def read_claims() -> pd.DataFrame:
+    """Read the paper's claims.
+
+    Returns
+    -------
+    DataFrame
+        ``data/paper_claims.csv`` of the repository, one row for each claim, all columns as text.
+    """
+    path = repository_root() / "data" / "paper_claims.csv"
+    return pd.read_csv(path, dtype=str, keep_default_na=False)
+
+
+def read_results(figure: str, quick: bool) -> pd.DataFrame | None:
+    """Read the trials of a figure from ``results/``; None where the table is missing."""
+    path = results_folder(quick) / f"{figure}.csv"
+    return pd.read_csv(path, dtype={"figure": str}) if path.is_file() else None
+
+
+def read_trials(quick: bool, figures: Path | None = None) -> dict[str, pd.DataFrame]:
+    """Read the trials that judge the claims.
+
+    Parameters
+    ----------
+    quick : bool
+        True for the short trials, False for those at the paper's scale.
+    figures : Path, optional
+        The folder that holds the table of notebook 13, by default ``figures/`` of the repository, or
+        ``figures/quick/`` for the short trials.
+
+    Returns
+    -------
+    dict of str to DataFrame
+        Rows of trials by figure, "08" .. "14"; a figure without a table is left out.
+    """
+    tables = {figure: table for figure in FIGURES if (table := read_results(figure, quick)) is not None}
+    folder = figures or repository_root() / "figures" / ("quick" if quick else "")
+    if (folder / FRAMES).is_file():
+        tables["13"] = pd.read_csv(folder / FRAMES)
+    return tables
+
+
+def missing_line(found: set[str], quick: bool) -> str:
+    """Say which tables of trials are missing and which command makes them.
+
+    Parameters
+    ----------
+    found : set of str
+        Figures that have a table.
+    quick : bool
+        True for the short trials.
+
+    Returns
+    -------
+    str
+        One line; empty if none is missing.
+    """
+    missing = sorted({*FIGURES, "13"} - found)
+    if not missing:
+        return ""
+    folder = "quick/" if quick else ""
+    names = (f"figures/{folder}{FRAMES}" if each == "13" else f"results/{folder}{each}.csv" for each in missing)
+    made = "; ".join(f"bicode figures{'' if quick else ' --full'} --only {figure}" for figure in missing)
+    return f"missing: {', '.join(names)}; claims of these figures have no trials yet; make the tables with: {made}"
+
+
+def interval_text(row: dict[object, object]) -> str:
+    """Return the interval of a row of `judge_claims` in words; empty where it has none."""
+    low, high = (float(str(row[end])) for end in ("low", "high"))
+    return "" if math.isnan(low) else f"{low:.3g} .. {high:.3g}"
+
+
+def as_text(judged: pd.DataFrame) -> str:
+    """Return the verdicts as a table for the terminal, with the counts below it.
+
+    Parameters
+    ----------
+    judged : DataFrame
+        Rows of `judge_claims`.
+
+    Returns
+    -------
+    str
+    """
+    shown = pd.DataFrame(
+        {
+            "id": judged["id"],
+            "claim": judged["claim"].map(_shortened),
+            "tested": judged["tested"].map(_shortened),
+            "ours": judged["ours"],
+            "95 %": [interval_text(row) for row in judged.to_dict("records")],
+            "verdict": judged["verdict"],
+            "note": judged["note"].map(_shortened),
+        }
+    )
+    return f"{shown.to_string(index=False)}\n\n{count_verdicts(judged).to_string()}"
+
+
+def _shortened(text: str) -> str:
+    """Cut a text to `MAX_CELL_LETTERS` letters."""
+    return text if len(text) <= MAX_CELL_LETTERS else text[: MAX_CELL_LETTERS - 3] + "..."
+
+
+def as_json(judged: pd.DataFrame) -> str:
+    """Return the verdicts as JSON.
+
+    Parameters
+    ----------
+    judged : DataFrame
+        Rows of `judge_claims`.
+
+    Returns
+    -------
+    str
+        A list of objects; null where a number does not apply.
+    """
+    finite = judged.replace([math.inf, -math.inf], math.nan)
+    return str(finite.to_json(orient="records", indent=1, force_ascii=False))
+
+
+def as_markdown(judged: pd.DataFrame) -> str:
+    """Return the verdicts as markdown: the counts, a table of numbers and orders, and one of all other claims.
+
+    Parameters
+    ----------
+    judged : DataFrame
+        Rows of `judge_claims`.
+
+    Returns
+    -------
+    str
+    """
+    measured = judged["kind"].isin(["number", "order"])
+    head = "| claim | the paper | tested | ours | 95 % | verdict |\n|---|---|---|---|---|---|"
+    parts = [_counts_line(judged), head, *_lines(judged[measured])]
+    parts += ["", "Facts, rules and parameters:", "", head, *_lines(judged[~measured])]
+    return "\n".join(parts)
+
+
+def as_page(judged: pd.DataFrame) -> str:
+    """Return the text of ``docs/claims.md``: what the verdicts mean, and `as_markdown`."""
+    return f"{HEAD}\n{as_markdown(judged)}\n"
+
+
+def _counts_line(judged: pd.DataFrame) -> str:
+    """Return in words how many of the numbers and orders have each verdict."""
+    measured = judged[judged["kind"].isin(["number", "order"])]
+    counts = measured["verdict"].value_counts()
+    listed = ", ".join(f"{counts[each]} {each}" for each in VERDICTS if each in counts)
+    return f"Of {len(measured)} numbers and orders: {listed}.\n"
+
+
+def _lines(judged: pd.DataFrame) -> list[str]:
+    """Return the lines of a markdown table."""
+    rows = []
+    for row in judged.to_dict("records"):
+        found = row["verdict"] + (f" ({row['note']})" if row["note"] else "")
+        cells = (row["id"], row["claim"], row["tested"], row["ours"], interval_text(row), found)
+        rows.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
+    return rows
