@@ -1,10 +1,9 @@
-"""IV-A: how often is it right?   sightings, truth -> right or wrong, period by period
+"""Score sightings against the truth: which periods have the right ID and the right 2D marker (IV-A).
 
-Accuracy is the number of periods read right over all periods; a period with no reading
-is wrong. The ID of a marker is right where every checked packet that was read at its
-place in the period holds its payload. The 2D marker is right where its id was found
-with its corners in place and its axes pointing the right way; the paper's authors
-judged those by eye, here they are measured.
+Accuracy is the number of right periods over the number of all periods; a period without a reading is wrong. The ID of a
+marker is right if all packets with a right checksum that were read at its place in the period hold its payload. The 2D
+marker is right if its pattern was found with the corners in place and the axes pointing the right way. The paper's
+authors judged corners and axes by eye; here they are measured.
 """
 
 from __future__ import annotations
@@ -16,41 +15,59 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from bicode_lab.camera.truth import MarkerTruth
+from bicode_lab import paper
+from bicode_lab.camera import MarkerTruth
 from bicode_lab.recognition import Sighting
 
-CORNER_PX = 2.0  # corners may be off by this much (root mean square over the four) ...
-CORNER_SHARE = 0.05  # ... or by this share of the marker's side, whichever is more
+CORNER_PX = 2.0  # largest error of corners that are right (root mean square over the four) ...
+CORNER_SHARE = 0.05  # ... or this share of the marker's side, whichever is more
 AXIS_DEG = 30.0  # an axis drawn within this angle of the true one looks right
-PLACE_PX = 4.0  # a sighting belongs to a marker if its middle lies in the marker's box, widened by this
+PLACE_PX = 4.0  # a sighting belongs to a marker if its middle lies in the marker's box, widened by this on each side
 
 
 @dataclass(frozen=True, kw_only=True)
 class Periods:
-    """The periods to judge: ``start_us + k * length_us`` for k = 0 .. count - 1, each with its 2D frame."""
+    """The periods that are judged: period k starts at ``start_us + k * length_us``, for k = 0 .. count - 1.
+
+    Attributes
+    ----------
+    start_us : int
+        Start of the first period [us].
+    count : int
+        Number of periods.
+    length_us : int
+        Length of a period, delta_t_whole [us].
+    frame_2d_us : int
+        Length of the 2D frame at the start of each period, delta_t_2D [us].
+    """
 
     start_us: int
     count: int
-    length_us: int = 33_000
-    frame_2d_us: int = 13_200
+    length_us: int = paper.DELTA_T_WHOLE_US
+    frame_2d_us: int = paper.DELTA_T_2D_US
 
 
 def score(sightings: Iterable[Sighting], truth: Callable[[float], list[MarkerTruth]], periods: Periods) -> pd.DataFrame:
-    """Sightings and truth in, one row for each period and marker in view out.
+    """Judge each period and each marker in view.
+
+    An ID is compared with the truth in the middle of the period, a 2D marker with the truth in the middle of its frame.
 
     Parameters
     ----------
     sightings : iterable of Sighting
+        In any order; those outside the periods are left out.
     truth : callable
-        A moment [us] in, every marker's truth then out; see `camera.truth_at`.
+        Takes a time [us] and returns the truth of every marker of the scene at that time, see `camera.truth_at`.
     periods : Periods
+        The periods that are judged.
 
     Returns
     -------
     DataFrame
-        ``period``, ``marker`` (its number in the scene), ``payload``; ``id_right``, ``marker_2d_right``
-        (bool); ``ids`` (tuple of the IDs read there); ``corner_px`` (root mean square corner error, nan
-        where the 2D marker was not found), ``axis_deg`` (worst axis error), ``tvec_m`` (position error).
+        One row for each period and each marker that is in view in its middle: ``period``; ``marker`` (its number in the
+        scene); ``payload``; ``id_right`` and ``marker_2d_right`` (bool); ``ids`` (tuple of the IDs read at its place,
+        rising); ``corner_px`` (root mean square error of the corners [px]), ``axis_deg`` (largest error of an axis
+        [deg]) and ``tvec_m`` (error of the position [m]), all nan where the 2D marker was not found.
     """
     found: dict[int, list[Sighting]] = {}
     for sighting in sightings:
@@ -68,14 +85,14 @@ def score(sightings: Iterable[Sighting], truth: Callable[[float], list[MarkerTru
 
 
 def _is_at(sighting: Sighting, truth: MarkerTruth) -> bool:
-    """True where the middle of the sighting lies on the marker."""
+    """Return whether the middle of the sighting's box lies on the marker."""
     left, top, width, height = truth.box_px
     x, y = sighting.x + (sighting.w - 1) / 2, sighting.y + (sighting.h - 1) / 2
     return bool(left - PLACE_PX <= x <= left + width + PLACE_PX and top - PLACE_PX <= y <= top + height + PLACE_PX)
 
 
 def _judge(here: list[Sighting], middle: MarkerTruth, frame: MarkerTruth) -> dict[str, object]:
-    """One marker in one period: its sightings in, what was right of them out."""
+    """Judge the sightings at one marker in one period."""
     ids = {s.id for s in here if s.id is not None}
     conflict = any(s.reason == "conflict" for s in here)
     errors = [_errors_2d(s, frame) for s in here if s.marker_2d_id == frame.aruco_id and s.corners is not None]
@@ -92,7 +109,7 @@ def _judge(here: list[Sighting], middle: MarkerTruth, frame: MarkerTruth) -> dic
 
 
 def _errors_2d(sighting: Sighting, truth: MarkerTruth) -> tuple[float, float, float]:
-    """A 2D reading and the truth in; corner error [px], worst axis error [deg] and position error [m] out."""
+    """Return the errors of a 2D marker: corners [px], worst axis [deg], position [m]."""
     off = np.asarray(sighting.corners, float) - truth.corners_px
     corner_px = float(np.sqrt((off**2).sum(1).mean()))
     seen = Rotation.from_rotvec(np.asarray(sighting.rvec, float).reshape(3)).as_matrix()

@@ -1,4 +1,4 @@
-"""Accuracies with their 95 % intervals, and the distance to which an accuracy holds: each defined once, here."""
+"""Accuracies with their 95 % intervals, and ranges: each is defined here once, for all studies."""
 
 from __future__ import annotations
 
@@ -16,25 +16,30 @@ Floats = npt.NDArray[np.float64]
 def wilson(right: npt.ArrayLike, n: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Return the 95 % Wilson score interval of a share.
 
-    It takes the single results as independent. Periods of one recording are not quite, so accuracies over several
-    recordings have their interval from `bootstrap`.
+    The interval assumes independent results. Periods of one recording are not quite independent, so accuracies over
+    several recordings have their interval from `bootstrap`.
 
     Parameters
     ----------
     right : array_like
-        Number of right results, 0 .. n; a share of a result may count.
+        Number of right results, 0 .. n; need not be whole.
     n : array_like
         Number of all results, more than 0; same shape as `right`.
 
     Returns
     -------
     low, high : ndarray
-        Ends of the interval, 0 .. 1; shape of the arguments.
+        Ends of the interval, 0 .. 1; shape of the arguments, or numbers.
+
+    Raises
+    ------
+    ValueError
+        If an n is 0.
 
     Notes
     -----
-    ``(k + z^2/2 -+ z sqrt(k (n - k) / n + z^2/4)) / (n + z^2)`` with k right results and z = 1.96
-    (Wilson 1927, J. Am. Stat. Assoc. 22, 209).
+    ``(k + z^2/2 -+ z sqrt(k (n - k) / n + z^2/4)) / (n + z^2)`` with k right results and z = 1.96 (Wilson 1927,
+    J. Am. Stat. Assoc. 22, 209).
 
     Examples
     --------
@@ -43,17 +48,22 @@ def wilson(right: npt.ArrayLike, n: npt.ArrayLike) -> tuple[Floats, Floats]:
     """
     k, of = np.asarray(right, float), np.asarray(n, float)
     if not (of > 0).all():
-        raise ValueError("no result to judge: an interval needs at least one; record for longer than one period")
-    middle = (k + Z_95**2 / 2) / (of + Z_95**2)
-    half = Z_95 / (of + Z_95**2) * np.sqrt(k * (of - k) / of + Z_95**2 / 4)
-    return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
+        raise ValueError("n=0 results have no share and no interval; give one or more, or record for longer")
+    share, weight = k / of, Z_95**2 / (of + Z_95**2)
+    middle = share + (0.5 - share) * weight
+    half = Z_95 * np.sqrt(share * (1 - share) * of + Z_95**2 / 4) / (of + Z_95**2)
+    # The ends are exactly 0 without a right result, and 1 without a wrong one, whatever the rounding.
+    low = np.where(k > 0, np.maximum(middle - half, 0.0), 0.0)
+    high = np.where(k < of, np.minimum(middle + half, 1.0), 1.0)
+    return low[()], high[()]  # numbers for numbers, arrays for arrays
 
 
 def bootstrap(shares: Floats, n_periods: int, rng: np.random.Generator) -> tuple[float, float]:
     """Return the 95 % interval of the mean over seeds.
 
-    As many seeds as there are are drawn with replacement, `DRAWS` times. Where all seeds have the same share there
-    is nothing to draw from; then the interval is that of `wilson` over all periods.
+    The seeds are drawn with replacement, as many as there are, `DRAWS` times; the interval holds 95 % of the means.
+    Where all seeds have the same share, all draws would be the same; then the interval is that of `wilson` over all
+    periods.
 
     Parameters
     ----------
@@ -67,6 +77,7 @@ def bootstrap(shares: Floats, n_periods: int, rng: np.random.Generator) -> tuple
     Returns
     -------
     low, high : float
+        Ends of the interval, 0 .. 1.
     """
     if (shares == shares[0]).all():
         low, high = wilson(shares[0] * n_periods, n_periods)
@@ -147,9 +158,9 @@ def last_reached(accuracies: Floats) -> npt.NDArray[np.int64]:
 def ranges_m(distances_m: Floats, accuracies: Floats) -> Floats:
     """Return the range of each curve: the distance at which its accuracy falls below one half.
 
-    It is the last tested distance with an accuracy of one half or more, interpolated on a straight line to the next
-    tested distance. The paper says of a distance that a marker "could be recognized" there (IV-A); we read that as
-    an accuracy of one half or more.
+    It lies between the last tested distance with an accuracy of one half or more and the next tested distance, where
+    the straight line between their accuracies crosses one half. The paper says of a distance that a marker "could be
+    recognized" there (IV-A); we read that as an accuracy of one half or more.
 
     Parameters
     ----------
@@ -161,7 +172,7 @@ def ranges_m(distances_m: Floats, accuracies: Floats) -> Floats:
     Returns
     -------
     ndarray, shape (n,)
-        Ranges [m]; 0 where no distance reaches one half, the last distance where none behind it was tested.
+        Ranges [m]; 0 where no distance reaches one half, the last distance where that one reaches it.
 
     Examples
     --------

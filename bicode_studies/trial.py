@@ -1,4 +1,7 @@
-"""One trial: record a scene once, read it with every receiver, score each against the truth."""
+"""One trial: a scene is recorded once, read with every receiver, and each reading is scored against the truth.
+
+Every study of the chapters runs through `run` or, where it needs more than counts, `record_and_read`.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +19,21 @@ from bicode_lab.recognition import PeriodReader, ReaderSettings, ReceiverSetting
 from bicode_studies.score import AXIS_DEG, Periods, score
 
 Settings = ReceiverSettings | ReaderSettings
-PERIOD_S = paper.DELTA_T_WHOLE_US * 1e-6
+PERIOD_S = paper.DELTA_T_WHOLE_US * 1e-6  # length of the paper's period [s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading:
-    """What one receiver reads in one recording, and how much of it is right.
+    """The sightings of one receiver in one recording, with their scores.
 
     Attributes
     ----------
     sightings : tuple of Sighting
-        Of the periods that are judged.
+        Those of the judged periods.
     scores : DataFrame
-        One row for each of those periods and each marker in view, see `score.score`.
+        One row for each judged period and each marker in view, see `score.score`.
     wrong_ids : int
-        Sightings with an ID that no marker of the scene sends.
+        Number of sightings with an ID that no marker of the scene sends.
     """
 
     sightings: tuple[Sighting, ...]
@@ -38,20 +41,20 @@ class Reading:
     wrong_ids: int
 
     def right(self, name: str = "id_right") -> int:
-        """Count the right periods: of the ID, or with ``"marker_2d_right"`` of the 2D marker."""
+        """Count the periods with the right ID, or with ``"marker_2d_right"`` those with the right 2D marker."""
         return int(self.scores[name].sum()) if len(self.scores) else 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
-    """One recording and what each receiver reads in it.
+    """The readings of one recording by all receivers.
 
     Attributes
     ----------
     readings : dict of str to Reading
-        By the receivers' names.
+        By the name of the receiver.
     n_events, n_lost : int
-        Events that arrive, and events that the camera's readout loses.
+        Number of events that arrive at the receivers, and of those that the camera's readout loses.
     """
 
     readings: dict[str, Reading]
@@ -65,9 +68,9 @@ def read(events: Events, scene: Scene, settings: Settings, periods: Periods) -> 
     Parameters
     ----------
     events : ndarray of EVENT_DTYPE, shape (n,)
-        Times from 0, the start of the scene.
+        Time 0 is the start of the scene.
     scene : Scene
-        What was recorded.
+        The scene that was recorded.
     settings : ReceiverSettings or SoftSettings
     periods : Periods
         The periods that are judged.
@@ -92,8 +95,8 @@ def record_and_read(
 ) -> Trial:
     """Record a scene once and read it with every receiver.
 
-    Events pass through period by period, so that memory does not grow with the recording, unless `damage` needs
-    them all at once.
+    Events are handed on period by period, so that memory does not grow with the recording; with `damage` all of them
+    are held at once.
 
     Parameters
     ----------
@@ -103,11 +106,12 @@ def record_and_read(
     periods : Periods
         The periods that are judged.
     seed : int
-        Seed of all chance in the camera.
+        Seed of the camera's chance.
     duration_s : float, optional
         Length of the recording [s]; None ends it with the last judged period.
     damage : callable, optional
-        What happens to the events between the camera and the receivers: takes and returns an event array.
+        Changes the events between the camera and the receivers: takes and returns an event array, in the order of
+        time.
 
     Returns
     -------
@@ -116,12 +120,9 @@ def record_and_read(
     Raises
     ------
     ValueError
-        If the receivers have periods of different lengths.
+        If there is no receiver, or if they have periods of different lengths.
     """
-    lengths_us = {settings.delta_t_whole_us for settings in receivers.values()}
-    if len(lengths_us) != 1:
-        raise ValueError(f"receivers have delta_t_whole_us of {sorted(lengths_us)}; give those of one length at a time")
-    (length_us,) = lengths_us
+    length_us = _length_us(receivers)
     end_us = periods.start_us + periods.count * periods.length_us
     recorder = Recorder(scene, end_us * 1e-6 if duration_s is None else duration_s, np.random.default_rng([seed, 2]))
     chunks: Iterable[Events] = recorder if damage is None else [damage(join(recorder))]
@@ -147,16 +148,22 @@ def run(scene: Scene, receivers: Mapping[str, Settings], *, periods: int, seed: 
     periods : int
         Number of periods that are judged.
     seed : int
-        Seed of all chance in the camera.
+        Seed of the camera's chance.
     warm_up : int
-        Periods before those, which the receivers read and nobody judges.
+        Number of periods before these, which the receivers read and which are not judged.
 
     Returns
     -------
     DataFrame
-        One row for each receiver: ``receiver``; ``seed``; ``periods`` with a marker in view (times the number of
-        markers); counts of periods ``id_right``, ``marker_2d_right`` and ``axes_wrong``, in which the pattern was
-        found but an axis points elsewhere; ``wrong_ids``; ``events`` and ``lost`` of the whole recording.
+        One row for each receiver: ``receiver``; ``seed``; ``periods``, the number of judged periods, each counted
+        once for every marker in view; of these ``id_right``, ``marker_2d_right`` and ``axes_wrong``, in which the
+        pattern was found but an axis points elsewhere; ``wrong_ids``, the number of sightings with an ID that no
+        marker sends; ``events`` and ``lost`` of the whole recording.
+
+    Raises
+    ------
+    ValueError
+        If there is no receiver, or if they have periods of different lengths.
 
     Examples
     --------
@@ -164,10 +171,18 @@ def run(scene: Scene, receivers: Mapping[str, Settings], *, periods: int, seed: 
     >>> rows[["receiver", "periods", "id_right", "wrong_ids"]].to_dict("records")
     [{'receiver': 'paper', 'periods': 3, 'id_right': 3, 'wrong_ids': 0}]
     """
-    length_us = next(iter(receivers.values())).delta_t_whole_us
+    length_us = _length_us(receivers)
     judged = Periods(start_us=warm_up * length_us, count=periods, length_us=length_us)
     trial = record_and_read(scene, receivers, periods=judged, seed=seed)
     return pd.DataFrame([_row(name, reading, trial, seed) for name, reading in trial.readings.items()])
+
+
+def _length_us(receivers: Mapping[str, Settings]) -> int:
+    """Return the length of the receivers' period, which must be the same for all of them [us]."""
+    lengths_us = sorted({settings.delta_t_whole_us for settings in receivers.values()})
+    if len(lengths_us) != 1:
+        raise ValueError(f"receivers have delta_t_whole_us of {lengths_us}; give one or more, all of one length")
+    return lengths_us[0]
 
 
 def _judged(sightings: Iterable[Sighting], scene: Scene, periods: Periods) -> Reading:
