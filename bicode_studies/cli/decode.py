@@ -1,4 +1,4 @@
-"""``bicode decode FILE``: a recording in, one row for each track and period out, or one for each packet."""
+"""``bicode decode FILE``: read a recording, and write one row per track and period, or per packet or letter."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from bicode_studies.real_light.beacon_files import read_beacon
 
 Row = dict[str, Any]
 
-PERIOD_US, FRAME_2D_US = 33_000, 13_200  # the paper's (III-B), whatever the marker's bit rate
+PERIOD_US, FRAME_2D_US = 33_000, 13_200  # the paper's values (III-B), for any bit rate of the marker
 
 SIGHTING_WIDTHS = {
     "t_us": 12, "track": 5, "x": 5, "y": 5, "w": 4, "h": 4, "id": 5, "reason": 10,
@@ -38,104 +38,133 @@ LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--format",
-    "form",
+    "row_format",
     type=click.Choice(["table", "jsonl", "csv"]),
     default="table",
     show_default=True,
-    help="Of rows.",
+    help="Format of the rows.",
 )
-@click.option("--packets", is_flag=True, help="One row a packet, those across a period's border too.")
+@click.option(
+    "--packets", is_flag=True, help="Write one row per packet, also for packets that cross the border of a period."
+)
 @click.option(
     "--receiver",
     type=click.Choice(["paper", "soft"]),
     default="paper",
     show_default=True,
-    help="The paper's rule, or evidence weighed and combined over a second of a track (no poses).",
+    help="The paper's receiver, or the soft receiver, which combines the evidence of one second of a track (no poses).",
 )
-@click.option("--line-code", type=click.Choice(["bicode", "uart"]), default="bicode", show_default=True)
-@click.option("--rate-hz", type=Real(), help="Baud of a UART light.")
-@click.option("--manchester", type=click.Choice(["ieee", "thomas", "auto"]), default="ieee", show_default=True)
-@click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
-@click.option("--payload-bits", type=Number(), default=8, show_default=True)
-@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate of the marker.")
-@click.option("--delta-t-id-us", type=Number(), help="Bin of the LED's state; by default half a chip, 250 at 1 kHz.")
-@click.option("--width", type=Number(), help="Sensor [px], where the file does not say.")
-@click.option("--height", type=Number(), help="Sensor [px], where the file does not say.")
-@click.option("--lenient", is_flag=True, help="Read the good events of a damaged file, and say what was dropped.")
-@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the ArUco pattern, for the pose.")
-@click.option("--focal-px", type=Real(), default=1646.09, show_default=True, help="Focal length, for the pose.")
+@click.option(
+    "--line-code",
+    type=click.Choice(["bicode", "uart"]),
+    default="bicode",
+    show_default=True,
+    help="Line code of the light.",
+)
+@click.option("--rate-hz", type=Real(), help="Baud rate of a UART light [Hz].")
+@click.option(
+    "--manchester",
+    type=click.Choice(["ieee", "thomas", "auto"]),
+    default="ieee",
+    show_default=True,
+    help="Convention of the Manchester code; auto tries both.",
+)
+@click.option(
+    "--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True, help="Kind of the checksum."
+)
+@click.option("--payload-bits", type=Number(), default=8, show_default=True, help="Bits of the payload.")
+@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate of the marker [Hz].")
+@click.option(
+    "--delta-t-id-us",
+    type=Number(),
+    help="Length of a bin of the LED state [us]; by default half a chip, 250 us at 1 kHz.",
+)
+@click.option("--width", type=Number(), help="Sensor width [px], if the file does not state it.")
+@click.option("--height", type=Number(), help="Sensor height [px], if the file does not state it.")
+@click.option("--lenient", is_flag=True, help="Read the good events of a damaged file, and report what was dropped.")
+@click.option(
+    "--size-m", type=Real(), default=0.05, show_default=True, help="Side of the ArUco pattern [m], for the pose."
+)
+@click.option("--focal-px", type=Real(), default=1646.09, show_default=True, help="Focal length [px], for the pose.")
 def decode(
-    file: Path, form: str, packets: bool, width: int | None, height: int | None, lenient: bool, **options: Any
+    file: Path, row_format: str, packets: bool, width: int | None, height: int | None, lenient: bool, **options: Any
 ) -> None:
-    r"""Read every marker in FILE: event camera RAW (EVT2, EVT3), DAT, AEDAT4, ES, CSV, HDF5, or our own .npz.
+    """Read every marker in FILE: event camera RAW (EVT2, EVT3), DAT, AEDAT4, ES, CSV, HDF5, or npz.
 
-    One row for each track and period of 33 ms, counted from the first event; a period in
-    which nothing blinks has no row. t_us is the recording's own clock, x y w h a box from
-    its top left [px], id the blinked ID; without one, reason says why:
+    There is one row per track and period of 33 ms, counted from the first event. A period in which nothing blinks has
+    no row. t_us is the time by the recording's own clock; x, y, w and h are a box, counted from the top left [px]; id
+    is the ID that was read. If there is none, reason says why:
 
     \b
-    no_events   nothing in the box      no_start    never off for long enough
-    manchester  a bit did not switch    checksum    bits read, checksum wrong
-    cut         no whole packet fits    conflict    two valid IDs disagree
+    no_events   there are no events in the box
+    no_start    the LED is never off long enough for a start
+    cut         no whole packet lies in the period
+    manchester  a bit did not switch the LED
+    checksum    the bits were read, but the checksum is wrong
+    conflict    two valid packets have different IDs
 
-    rvec [rad] and tvec [m] are the pose of the 2D marker in camera axes: x right, y down,
-    z forward.
+    rvec [rad] and tvec [m] are the pose of the 2D marker in camera axes: x right, y down, z forward.
 
-    With --line-code uart, FILE is one light that sends letters (start 0, 7 bits, even parity,
-    two stop bits; on is 1), such as a public beacon's .mat, and a row is a letter. Letters are
-    read by the soft receiver, whatever --receiver says.
-    """
+    With --line-code uart, FILE is one light that sends letters (start bit 0, 7 bits, even parity, two stop bits; on
+    is 1), such as the .mat file of a public beacon. Then there is one row per letter. Letters are read by the soft
+    receiver, whatever --receiver says.
+    """  # noqa: D301 (click needs the control character)
     if options.pop("line_code") == "uart":
         if packets:
             raise ValueError("--packets is for Bicode's packets; with --line-code uart a row is a letter, leave it out")
-        _write(_letters(file, options["rate_hz"], width, height, form), LETTER_WIDTHS, form)
+        _write(_read_letters(file, options["rate_hz"], width, height, row_format), LETTER_WIDTHS, row_format)
         return
     if options["rate_hz"] is not None:
-        raise ValueError("--rate-hz is a UART light's; give --line-code uart with it, or a marker's as --f-id-hz")
-    if file.suffix == ".mat":
         raise ValueError(
-            f"{file} says nothing of x and y, so no marker can be found in it; read it with --line-code uart"
+            "--rate-hz is for a UART light; give it with --line-code uart, or give a marker's bit rate with --f-id-hz"
         )
+    if file.suffix == ".mat":
+        raise ValueError(f"{file} holds no x and y, so no marker can be found in it; read it with --line-code uart")
     recording = open_recording(file, width=width, height=height, lenient=lenient)
     if recording.size_from == "assumed":
         size = f"{recording.width}x{recording.height}"
-        click.echo(f"{file}: does not say its sensor's size; {size} px assumed (--width, --height)", err=True)
-    settings = _settings(options, recording)
-    if options["receiver"] == "paper":
-        _refuse_long_packets(settings.packet_format, periods=2 if packets else 1)
-    if options["receiver"] == "soft":
-        sightings = recognise(_watched(recording), SoftSettings(receiver=settings))
-    else:
-        sightings = recognise(_watched(recording), settings)
+        click.echo(f"{file}: does not state its sensor size; {size} px assumed (--width, --height)", err=True)
+    sightings = recognise(_with_progress_bar(recording), _receiver(options, recording, packets))
     if packets:
         rows: Iterable[Row] = (dataclasses.asdict(row) for row in packet_rows(sightings))
         widths = PACKET_WIDTHS
     else:
         rows, widths = (sighting.row() for sighting in sightings), SIGHTING_WIDTHS
-    _write(rows, widths, form)
+    _write(rows, widths, row_format)
     if recording.dropped:
         counts = ", ".join(f"{count:,} {cause}" for cause, count in recording.dropped.items())
         click.echo(f"{file}: dropped {counts}", err=True)
 
 
-def _letters(file: Path, rate_hz: float | None, width: int | None, height: int | None, form: str) -> list[Row]:
-    """A light's file and its baud in, one row a letter out; in a table and in CSV line feeds are escapes."""
+def _read_letters(
+    file: Path, rate_hz: float | None, width: int | None, height: int | None, row_format: str
+) -> list[Row]:
+    """Read the letters of a light; return one row per letter, with line feeds escaped in tables and CSV."""
     if rate_hz is None:
-        raise ValueError("--line-code uart needs --rate-hz, the light's baud: for example --rate-hz 3125")
+        raise ValueError("--line-code uart needs --rate-hz, the baud rate of the light: for example --rate-hz 3125")
     line = UartLine(rate_hz=rate_hz)
     if file.suffix == ".mat":
         events = read_beacon(file)
     else:
         events = open_recording(file, width=width, height=height).read()
     rows = [dataclasses.asdict(letter) for letter in read_uart(events, line)]
-    if form != "jsonl":
+    if row_format != "jsonl":
         for row in rows:
             row["letter"] = row["letter"].encode("unicode_escape").decode()
     return rows
 
 
+def _receiver(options: dict[str, Any], recording: Recording, packets: bool) -> ReceiverSettings | SoftSettings:
+    """Return the settings of the receiver that was asked for, after checking that it can read such packets."""
+    settings = _settings(options, recording)
+    if options["receiver"] == "soft":
+        return SoftSettings(receiver=settings)
+    _refuse_long_packets(settings.packet_format, periods=2 if packets else 1)
+    return settings
+
+
 def _settings(options: dict[str, Any], recording: Recording) -> ReceiverSettings:
-    """The command line's options in, the receiver's settings out."""
+    """Return the receiver settings that the options of the command line describe."""
     convention = options["manchester"]
     packet_format = PacketFormat(
         payload_bits=options["payload_bits"],
@@ -158,7 +187,7 @@ def _settings(options: dict[str, Any], recording: Recording) -> ReceiverSettings
 
 
 def _refuse_long_packets(packet_format: PacketFormat, periods: int) -> None:
-    """The paper's rule reads a packet that is whole inside a period; with --packets it may cross one border."""
+    """Raise ValueError if a packet is too long to lie in `periods` periods; the paper's receiver cannot read it."""
     longest_us = periods * PERIOD_US
     if packet_format.packet_us > longest_us:
         least_hz = math.ceil(packet_format.f_id_hz * packet_format.packet_us / longest_us)
@@ -168,20 +197,20 @@ def _refuse_long_packets(packet_format: PacketFormat, periods: int) -> None:
         )
 
 
-def _watched(recording: Recording) -> Iterator[Events]:
-    """The recording's chunks, with a progress bar where somebody watches a long run."""
+def _with_progress_bar(recording: Recording) -> Iterator[Events]:
+    """Yield the recording's chunks, with a progress bar on a terminal if they take longer than two seconds."""
     with tqdm(unit=" events", unit_scale=True, disable=None, delay=2) as bar:
         for chunk in recording.chunks():
             yield chunk
             bar.update(chunk.size)
 
 
-def _write(rows: Iterable[Row], widths: dict[str, int], form: str) -> None:
-    """Rows in, lines on standard output, each as soon as it is known."""
-    if form == "jsonl":
+def _write(rows: Iterable[Row], widths: dict[str, int], row_format: str) -> None:
+    """Write rows to standard output, each as soon as it is known."""
+    if row_format == "jsonl":
         for row in rows:
             click.echo(json.dumps(row))
-    elif form == "csv":
+    elif row_format == "csv":
         writer = csv.writer(sys.stdout, lineterminator="\n")
         writer.writerow(widths)
         for row in rows:
@@ -194,7 +223,7 @@ def _write(rows: Iterable[Row], widths: dict[str, int], form: str) -> None:
 
 
 def _cell(value: Any, between: str, missing: str = "") -> str:
-    """A value in, the text of its cell out."""
+    """Return the text of a cell for a value."""
     show: Callable[[float], str] = "{:.4f}".format
     if value is None:
         return missing

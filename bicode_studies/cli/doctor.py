@@ -1,4 +1,4 @@
-"""``bicode doctor``: is everything here, and does it work? One line per check, with the way out."""
+"""``bicode doctor``: check that all that is needed is installed and works, with one line per check."""
 
 from __future__ import annotations
 
@@ -19,17 +19,20 @@ INSTALL = "run: make clean-all figures (or: pip install --require-hashes -r envi
 MINIMUM_FREE_GB = 1.0
 
 Check = tuple[str, Callable[[], str], str]
-"""What is checked, a function that returns what it found or raises, and the way out."""
+"""Name of the check, a function that returns what it found or raises an error, and what to do in that case."""
 
 
 @click.command()
 def doctor() -> int:
-    """Check Python, every dependency, numba, ArUco, the kernel, fonts, folders and memory."""
+    """Check Python, all dependencies, ArUco, numba, fonts, folders, memory and the notebook kernel.
+
+    The exit code is 1 if a check fails.
+    """
     failures = 0
     for name, check, way_out in all_checks():
         try:
             click.echo(f"ok    {name}: {check()}")
-        except Exception as error:  # whatever is broken is what we are here to tell
+        except Exception as error:  # any error is a result of the check
             failures += 1
             reason = (str(error).strip().splitlines() or [type(error).__name__])[-1]
             click.echo(f"FAIL  {name}: {reason}; {way_out}")
@@ -38,7 +41,7 @@ def doctor() -> int:
 
 
 def all_checks() -> Iterator[Check]:
-    """Nothing in, the checks out, quick ones first."""
+    """Yield all checks, the quick ones first."""
     yield "python", check_python, "install Python 3.11, 3.12 or 3.13, then make PYTHON=python3.12 clean-all figures"
     pins = read_pins()
     for name, allowed in requirements():
@@ -52,7 +55,13 @@ def all_checks() -> Iterator[Check]:
 
 
 def requirements() -> list[tuple[str, str]]:
-    """Nothing in, (package, versions allowed) of every dependency out."""
+    """Return all dependencies.
+
+    Returns
+    -------
+    list of (str, str)
+        Name of each package and the versions that are allowed, such as ">=2.0".
+    """
     try:
         lines = metadata.requires("bicode-lab") or []
     except metadata.PackageNotFoundError:
@@ -66,7 +75,7 @@ def requirements() -> list[tuple[str, str]]:
 
 
 def read_pins() -> dict[str, str]:
-    """Nothing in, the pinned version of every package out; empty outside a clone."""
+    """Return the pinned version of each package by name; outside a clone of the repository there are none."""
     path = Path(__file__).resolve().parents[2] / "environment" / "requirements.txt"
     if not path.is_file():
         return {}
@@ -74,14 +83,24 @@ def read_pins() -> dict[str, str]:
 
 
 def check_python() -> str:
-    """The version, or an error where it is too old."""
+    """Return the version of Python, or raise RuntimeError if it is too old."""
     if tuple(sys.version_info) < (3, 11):
         raise RuntimeError(f"{platform.python_version()} is older than 3.11")
     return f"{platform.python_version()} at {sys.executable}"
 
 
 def check_package(name: str, allowed: str, pin: str | None) -> str:
-    """A package's version, or an error where it is missing or not one of those allowed."""
+    """Return the version of a package, or raise RuntimeError if it is missing or not allowed.
+
+    Parameters
+    ----------
+    name : str
+        Name of the package.
+    allowed : str
+        Versions that are allowed, such as ">=2.0".
+    pin : str or None
+        The pinned version; another one is allowed, but mentioned.
+    """
     from packaging.specifiers import SpecifierSet
 
     try:
@@ -89,12 +108,12 @@ def check_package(name: str, allowed: str, pin: str | None) -> str:
     except metadata.PackageNotFoundError:
         raise RuntimeError("is not installed") from None
     if not SpecifierSet(allowed).contains(version, prereleases=True):
-        raise RuntimeError(f"{version} is here, {allowed} is needed")
+        raise RuntimeError(f"{version} is installed, {allowed} is needed")
     return version if pin in (None, version) else f"{version} (the pins have {pin}; figures may differ a little)"
 
 
 def check_aruco() -> str:
-    """Draw a 2D marker and find it again."""
+    """Draw a 2D marker and detect it with OpenCV."""
     import cv2
     import numpy as np
 
@@ -109,7 +128,7 @@ def check_aruco() -> str:
 
 
 def check_numba() -> str:
-    """Compile one function and call it."""
+    """Compile a function with numba and call it."""
     import numba
 
     double: Callable[[int], int] = numba.njit(lambda x: 2 * x)
@@ -119,14 +138,14 @@ def check_numba() -> str:
 
 
 def check_fonts() -> str:
-    """The font of the figures is found."""
+    """Find the font of the figures."""
     from matplotlib import font_manager
 
     return Path(font_manager.findfont("DejaVu Sans", fallback_to_default=False)).name
 
 
 def check_folders() -> str:
-    """Caches and results can be written."""
+    """Check that the folders of temporary files and caches can be written to."""
     import matplotlib as mpl
 
     package = Path(__file__).resolve().parents[2] / "bicode_lab"
@@ -139,7 +158,7 @@ def check_folders() -> str:
 
 
 def check_machine() -> str:
-    """Cores and free memory."""
+    """Count the cores, and check that there is enough free memory."""
     import psutil
 
     free_gb = psutil.virtual_memory().available / 1e9
@@ -149,7 +168,7 @@ def check_machine() -> str:
 
 
 def check_kernel() -> str:
-    """Run a notebook of one line through the runner."""
+    """Run a notebook of one line."""
     import nbformat
 
     from bicode_studies.notebook.runner import run_notebook

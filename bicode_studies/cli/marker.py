@@ -1,4 +1,4 @@
-"""``bicode marker --id 37 --out DIR``: the sheets, the parts and the transmitter of one marker."""
+"""``bicode marker --id 37 --out DIR``: write the sheets, the list of parts and the transmitter program of a marker."""
 
 from __future__ import annotations
 
@@ -15,33 +15,72 @@ from bicode_studies.cli.options import Number, Real
 
 
 @click.command()
-@click.option("--id", "payload", type=Number(), required=True, help="The blinked ID, for example 37 or 0x25.")
+@click.option("--id", "payload", type=Number(), required=True, help="ID that the marker blinks, such as 37 or 0x25.")
 @click.option("--out", type=click.Path(file_okay=True, path_type=Path), required=True, help="Folder for the files.")
-@click.option("--aruco-id", type=Number(), default=7, show_default=True, help="Which pattern of the dictionary.")
-@click.option("--dictionary", default="DICT_4X4_50", show_default=True, help="One of OpenCV's.")
-@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate.")
+@click.option(
+    "--aruco-id", type=Number(), default=7, show_default=True, help="Number of the pattern in the dictionary."
+)
+@click.option("--dictionary", default="DICT_4X4_50", show_default=True, help="Name of OpenCV's dictionary.")
+@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate [m].")
 @click.option(
     "--glow",
     type=click.Choice(["black", "white"]),
     default="black",
     show_default=True,
-    help="Which cells are engraved.",
+    help="Colour of the pattern's cells that are engraved and glow.",
 )
-@click.option("--led", type=click.Choice(["red", "ir"]), default="red", show_default=True, help="LED of III-A.")
-@click.option("--current-ma", type=Real(), help="While on; default: as bright as the paper's 5 cm plate.")
-@click.option("--supply-v", type=Real(), default=5.0, show_default=True, help="Supply of the LED.")
-@click.option("--led-forward-v", type=Real(), help="From the LED's data sheet.  [default: 2.1 red, 1.2 ir]")
-@click.option("--max-current-ma", type=Real(), help="Rating from the LED's data sheet.  [default: 40.9 red, 20.4 ir]")
-@click.option("--pin", type=Number(), default=PIN_D0, show_default=True, help="GPIO; 26 is D0 of the XIAO RP2040.")
-@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate.")
-@click.option("--start-bits", type=Number(), default=3, show_default=True)
-@click.option("--payload-bits", type=Number(), default=8, show_default=True)
-@click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
-@click.option("--checksum-bits", type=Number(), default=3, show_default=True)
-@click.option("--manchester", type=click.Choice(["ieee", "thomas"]), default="ieee", show_default=True)
-@click.option("--bit-order", type=click.Choice(["msb", "lsb"]), default="msb", show_default=True)
+@click.option(
+    "--led", type=click.Choice(["red", "ir"]), default="red", show_default=True, help="Kind of the LED (III-A)."
+)
+@click.option(
+    "--current-ma",
+    type=Real(),
+    help="Current of the LED while on [mA].  [default: as bright as the paper's 5 cm plate]",
+)
+@click.option("--supply-v", type=Real(), default=5.0, show_default=True, help="Supply voltage of the LED [V].")
+@click.option(
+    "--led-forward-v",
+    type=Real(),
+    help="Forward voltage of the LED [V], from its data sheet.  [default: 2.1 red, 1.2 ir]",
+)
+@click.option(
+    "--max-current-ma",
+    type=Real(),
+    help="Highest current of the LED [mA], from its data sheet.  [default: 40.9 red, 20.4 ir]",
+)
+@click.option(
+    "--pin",
+    type=Number(),
+    default=PIN_D0,
+    show_default=True,
+    help="Number of the GPIO pin; 26 is D0 of the XIAO RP2040.",
+)
+@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate [Hz].")
+@click.option("--start-bits", type=Number(), default=3, show_default=True, help="Bits of the start.")
+@click.option("--payload-bits", type=Number(), default=8, show_default=True, help="Bits of the payload.")
+@click.option(
+    "--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True, help="Kind of the checksum."
+)
+@click.option("--checksum-bits", type=Number(), default=3, show_default=True, help="Bits of the checksum.")
+@click.option(
+    "--manchester",
+    type=click.Choice(["ieee", "thomas"]),
+    default="ieee",
+    show_default=True,
+    help="Convention of the Manchester code.",
+)
+@click.option(
+    "--bit-order",
+    type=click.Choice(["msb", "lsb"]),
+    default="msb",
+    show_default=True,
+    help="Which bit of a field is sent first.",
+)
 def marker(payload: int, out: Path, pin: int, **options: Any) -> None:
-    """Write what it takes to build a marker to a folder: sheets, list of parts, transmitter."""
+    """Write what it takes to build a marker to a folder.
+
+    These are the sheets for plate and paper (SVG and PDF), the list of parts, and the program of the transmitter.
+    """
     packet_format = PacketFormat(
         f_id_hz=options["f_id_hz"],
         start_bits=options["start_bits"],
@@ -86,7 +125,7 @@ def marker(payload: int, out: Path, pin: int, **options: Any) -> None:
 
 
 def _driver(board: Board, options: dict[str, Any]) -> Driver:
-    """The board and the options in, the LED's circuit out."""
+    """Return the circuit of the LED that the options describe."""
     led = leds()[options["led"]]
     if options["led_forward_v"] is not None:
         led = replace(led, forward_v=options["led_forward_v"], forward_from="as given")
@@ -99,7 +138,7 @@ def _driver(board: Board, options: dict[str, Any]) -> Driver:
 
 
 def _write(out: Path, files: dict[str, bytes]) -> None:
-    """A folder and what belongs into it in, the files on disk out."""
+    """Write files by name to a folder, which is made where it is missing."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         for name, data in files.items():

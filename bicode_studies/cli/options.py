@@ -1,4 +1,4 @@
-"""Kinds of option that several commands share."""
+"""Types of options that several commands share."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import click
 
 
 class Number(click.ParamType[int]):
-    """A whole number, decimal or 0x.. or 0b.. ."""
+    """An integer in decimal, hexadecimal (0x..) or binary (0b..) notation."""
 
     name = "integer"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Text in, number out."""
+        """Return the number that a text stands for."""
         try:
             return int(str(value), 0)
         except ValueError:
@@ -22,12 +22,12 @@ class Number(click.ParamType[int]):
 
 
 class Real(click.ParamType[float]):
-    """A finite number; what is more it must be is checked where it is used."""
+    """A finite number; its range is checked where it is used."""
 
     name = "number"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Text in, number out."""
+        """Return the number that a text stands for."""
         try:
             number = float(value)
         except ValueError:

@@ -1,4 +1,4 @@
-"""``bicode simulate OUT``: a marker in front of the synthetic camera, as a file with its truth beside it."""
+"""``bicode simulate OUT``: simulate a marker in front of the camera, and write its events and the ground truth."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 import numpy as np
+from click.core import ParameterSource
 from tqdm import tqdm
 
 from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
@@ -17,65 +18,110 @@ from bicode_lab.events import Events
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import WRITABLE, open_recording, write_recording
 from bicode_studies.cli.options import Number, Real
+from bicode_studies.own_recording.mystery import SECONDS, fingerprint_ids, make_mystery_scene
 
 
 @click.command()
 @click.argument("out", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--payload", type=Number(), default=0x25, show_default=True, help="The blinked ID.")
-@click.option("--aruco-id", type=Number(), default=7, show_default=True, help="Pattern of DICT_4X4_50.")
-@click.option("--distance-m", type=Real(), default=2.5, show_default=True)
-@click.option("--x-m", type=Real(), default=0.0, show_default=True, help="To the right of the optical axis.")
-@click.option("--y-m", type=Real(), default=0.0, show_default=True, help="Below it.")
-@click.option("--yaw-deg", type=Real(), default=0.0, show_default=True, help="Out of plane (IV-B).")
-@click.option("--rpm", type=Real(), default=0.0, show_default=True, help="Spin in its plane (IV-F).")
-@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate.")
-@click.option("--current-ma", type=Real(), default=10.7, show_default=True)
-@click.option("--lux", type=Real(), default=350.0, show_default=True, help="Ambient light.")
-@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate.")
-@click.option("--payload-bits", type=Number(), default=8, show_default=True)
-@click.option("--manchester", type=click.Choice(["ieee", "thomas"]), default="ieee", show_default=True)
-@click.option("--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True)
-@click.option("--clock-error-ppm", type=Real(), default=0.0, show_default=True, help="The transmitter's clock.")
-@click.option("--seconds", type=Real(), default=1.0, show_default=True, help="Not used with --background.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="All chance, the phase included.")
-@click.option("--background", type=click.Path(path_type=Path), help="A recording to put the marker into.")
-def simulate(out: Path, seconds: float, seed: int, background: Path | None, **options: Any) -> None:
-    """Write the events of one marker to OUT and what is true of them to OUT's name with .truth.json.
+@click.option("--payload", type=Number(), default=0x25, show_default=True, help="ID that the marker blinks.")
+@click.option("--aruco-id", type=Number(), default=7, show_default=True, help="Number of the pattern in DICT_4X4_50.")
+@click.option("--distance-m", type=Real(), default=2.5, show_default=True, help="Distance from the camera [m].")
+@click.option("--x-m", type=Real(), default=0.0, show_default=True, help="Offset to the right of the optical axis [m].")
+@click.option("--y-m", type=Real(), default=0.0, show_default=True, help="Offset below the optical axis [m].")
+@click.option("--yaw-deg", type=Real(), default=0.0, show_default=True, help="Rotation out of the plane [deg] (IV-B).")
+@click.option("--rpm", type=Real(), default=0.0, show_default=True, help="Spin in the plane [turns per minute] (IV-F).")
+@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate [m].")
+@click.option("--current-ma", type=Real(), default=10.7, show_default=True, help="Current of the LED while on [mA].")
+@click.option("--lux", type=Real(), default=350.0, show_default=True, help="Ambient light [lx].")
+@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate [Hz].")
+@click.option("--payload-bits", type=Number(), default=8, show_default=True, help="Bits of the payload.")
+@click.option(
+    "--manchester",
+    type=click.Choice(["ieee", "thomas"]),
+    default="ieee",
+    show_default=True,
+    help="Convention of the Manchester code.",
+)
+@click.option(
+    "--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True, help="Kind of the checksum."
+)
+@click.option(
+    "--clock-error-ppm",
+    type=Real(),
+    default=0.0,
+    show_default=True,
+    help="Error of the transmitter's clock [ppm]; above 0 it is fast.",
+)
+@click.option("--seconds", type=Real(), default=1.0, show_default=True, help="Length [s]; not used with --background.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all random draws.")
+@click.option("--background", type=click.Path(path_type=Path), help="Recording to which the marker is added.")
+@click.option(
+    "--mystery",
+    type=click.IntRange(0),
+    metavar="SEED",
+    help="Write an exercise instead: four markers with hidden IDs that are drawn from SEED.",
+)
+def simulate(
+    out: Path, seconds: float, seed: int, background: Path | None, mystery: int | None, **options: Any
+) -> None:
+    """Write the events of a simulated marker to OUT, and the ground truth to a file beside it.
 
-    OUT's ending chooses the format: .npz, .raw (EVT3), .aedat4, .dat, .csv or .h5.
+    The ending of OUT tells the format: .npz, .raw (EVT3), .aedat4, .dat, .csv or .h5. The ground truth has the name
+    of OUT with the ending .truth.json.
+
+    With --mystery there is no ground truth. The command prints a fingerprint, which checks an answer without
+    revealing it: bicode_studies.own_recording.mystery.fingerprint_ids gives the same for the right IDs.
     """
     if out.suffix.lower() not in WRITABLE:
-        raise ValueError(f"{out.name} names no format written here; end it in one of {' '.join(WRITABLE)}")
+        raise ValueError(f"{out.name} names no format that can be written; end it in one of {' '.join(WRITABLE)}")
     if not out.parent.is_dir():
         raise ValueError(f"there is no folder {out.parent}; make it first")
+    if mystery is not None:
+        _write_mystery(out, mystery)
+        return
     rng = np.random.default_rng(seed)
     scene = _scene(options, phase_share=float(rng.random()))
     if background is None:
         recorder = Recorder(scene, seconds, rng)
-        counted = Counted(_watched(recorder))
+        counted = EventCounter(_with_progress_bar(recorder))
     else:
         recording = open_recording(background)
         scene = replace(scene, optics=replace(scene.optics, width=recording.width, height=recording.height))
-        counted = Counted(tqdm(stream_over(recording.chunks(), scene, rng), unit=" chunks", disable=None, delay=2))
+        chunks = stream_over(recording.chunks(), scene, rng)
+        counted = EventCounter(tqdm(chunks, unit=" chunks", disable=None, delay=2))
     shift_us = write_recording(out, counted, scene.optics.width, scene.optics.height)
     start_us, duration_us = (0, round(seconds * 1e6)) if background is None else (counted.first_us, counted.length_us)
     lost = recorder.queue.lost if background is None else 0
     if shift_us:
-        click.echo(f"{out}: its clock begins at 0; {shift_us} us were taken off (header line t0)", err=True)
+        click.echo(f"{out}: its clock begins at 0; {shift_us} us were subtracted (header line t0)", err=True)
     truth = {"seed": seed, "n_events": counted.size, "n_lost": lost, **truth_table(scene, duration_us, start_us)}
     truth_file = out.with_suffix(".truth.json")
     truth_file.write_text(json.dumps(truth, indent=1) + "\n")
     click.echo(f"{out}: {counted.size} events in {duration_us * 1e-6:g} s; {truth_file}: the truth")
 
 
-class Counted:
-    """Chunks in, the same out, one after the other; afterwards it knows how many events there were, and when."""
+class EventCounter:
+    """Passes chunks of events on; afterwards it knows how many events there were, and when.
+
+    Parameters
+    ----------
+    chunks : iterable of ndarray of EVENT_DTYPE
+        Events in the order of time.
+
+    Attributes
+    ----------
+    size : int
+        Number of events so far.
+    first_us, length_us : int
+        Time of the first event, and time from the first event to the end of the last one so far [us].
+    """
 
     def __init__(self, chunks: Iterable[Events]) -> None:
         self._chunks = chunks
         self.size = self.first_us = self.length_us = 0
 
     def __iter__(self) -> Iterator[Events]:
+        """Yield the chunks one by one."""
         for chunk in self._chunks:
             if chunk.size:
                 self.first_us = self.first_us if self.size else int(chunk["t"][0])
@@ -84,8 +130,21 @@ class Counted:
             yield chunk
 
 
+def _write_mystery(out: Path, seed: int) -> None:
+    """Write the exercise recording of a seed, and print the fingerprint of its IDs."""
+    ctx = click.get_current_context()
+    given = [name for name in ctx.params if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    for name in set(given) - {"out", "mystery"}:
+        raise ValueError(f"--mystery decides everything by its seed; leave --{name.replace('_', '-')} out")
+    scene = make_mystery_scene(seed)
+    counted = EventCounter(_with_progress_bar(Recorder(scene, SECONDS, np.random.default_rng([seed, 1]))))
+    write_recording(out, counted, scene.optics.width, scene.optics.height)
+    fingerprint = fingerprint_ids(placed.marker.payload for placed in scene.markers)
+    click.echo(f"{out}: {counted.size} events in {SECONDS:g} s; fingerprint of the IDs: {fingerprint}")
+
+
 def _scene(options: dict[str, Any], phase_share: float) -> Scene:
-    """The command line's options in, the scene they describe out."""
+    """Return the scene that the options of the command line describe."""
     packet_format = PacketFormat(
         payload_bits=options["payload_bits"],
         checksum=options["checksum"],
@@ -109,8 +168,8 @@ def _scene(options: dict[str, Any], phase_share: float) -> Scene:
     )
 
 
-def _watched(recorder: Recorder) -> Iterator[Events]:
-    """The recorder's chunks, with a progress bar where somebody watches a long run."""
+def _with_progress_bar(recorder: Recorder) -> Iterator[Events]:
+    """Yield the recorder's chunks, with a progress bar on a terminal if they take longer than two seconds."""
     with tqdm(total=recorder.duration_us * 1e-6, unit="s", disable=None, delay=2) as bar:
         for chunk in recorder:
             yield chunk

@@ -1,21 +1,21 @@
-"""Your own camera, measured with one blinking LED: how late, how slow, how sensitive?   events -> constants
+"""Measure how the pixels of a camera respond to the edges of one blinking LED.
 
-The LED sends a packet again and again, and what it sends is known once it is decoded. So the
-moments of its edges are known up to one shift, and the events of the pixels that see it can be
-laid over each other edge by edge (`edge_response`): the camera's answer to a step of light.
+The LED sends the same packet again and again, and what it sends is known once it is decoded. So the times of its
+edges are known up to one common shift, and the events of the pixels that see the LED can be summed edge by edge
+(`measure_edge_response`). The result is the camera's response to a step of light.
 
-Two kinds of numbers come out of that. Some are only counted: events an edge, the shortest time
-between two events of a pixel. Others are constants of a model, this package's own pixel
-(`camera.sensor`), chosen so that its answer looks like the one measured (`pixel_fit`):
+Two kinds of numbers follow from it. Some are counted directly: the events per edge, and the shortest time between two
+events of a pixel. The others are constants of this package's pixel model (`camera.pixels`), which are fitted so that
+the response of the model looks like the one measured (`pixel_fit`):
 
-    time constant   of the low-pass, at the light of the dark LED
-    threshold       as a part of the LED's log contrast, which you have to know; a model with twice
-                    the contrast and twice the threshold gives nearly the same events
-    rest, noise     dead time after an event; noise of the log level
-    OFF later       how much longer OFF's pure delay is than ON's
+    time constant       of the low-pass, in the light of the dark LED
+    threshold           relative to the LED's log contrast, which must be known; a model with twice the contrast and
+                        twice the threshold makes nearly the same events
+    refractory period   and the noise of the log level
+    delay difference    how much longer the pure delay of OFF is than that of ON
 
-What one LED without a wire to the camera cannot say, however long it is recorded: the pure delay
-that ON and OFF have in common. It looks just like an LED that was switched on that much later.
+One LED without a wire to the camera cannot tell the pure delay that ON and OFF have in common, however long it is
+recorded: the delay has the same effect as an LED that is switched that much later.
 """
 
 from __future__ import annotations
@@ -34,30 +34,31 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 BIN_US = 10
-AHEAD_US = 100  # the window of an edge opens this long before it and lasts one chip
-GOOD_SHARE = 0.8  # of a usual good pixel's events: fewer have it half covered
-GROUPS = 4  # pixels are dealt into so many groups, each fitted alone, for the uncertainty
-LEAST_PIXELS = 20
+AHEAD_US = 100  # the window of an edge begins this long before it and lasts one chip
+GOOD_SHARE = 0.8  # a pixel with fewer events than this share of the usual number sees the LED only in part
+GROUPS = 4  # the pixels are divided into this many groups; their separate fits show the uncertainty
+MIN_PIXELS = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EdgeResponse:
-    """What the pixels that see an LED answer to its edges.
+    """Response of the pixels that see an LED to its edges.
 
     Parameters
     ----------
     levels : ndarray of uint8, shape (chips,)
-        One packet, LED off 0 or on 1.
+        Levels of one packet: 0 LED off, 1 LED on.
     chip_us : float
-        Its chip by the camera's clock [us].
+        Length of a chip by the camera's clock [us].
     start_us : float
-        Start of the first packet, as well as the events tell it: its ON edges' mean [us].
+        Start of the first packet, estimated from the mean time of the events at its rises [us].
     on, off : ndarray of int64, shape (pixels, bins)
-        ON events behind rises and OFF events behind falls, by their delay in bins of `BIN_US` from
-        `-AHEAD_US` on, all packets together.
+        Counts of ON events after rises and of OFF events after falls by their delay, in bins of `BIN_US` that begin
+        at `-AHEAD_US`; all packets together.
     n_packets : int
-    shortest_rest_us : float
-        Time between two events of a pixel that only 1 in 1000 undercuts [us].
+        Number of packets.
+    shortest_interval_us : float
+        Time between two events of a pixel; only 1 of 1000 is shorter [us].
     """
 
     levels: npt.NDArray[np.uint8]
@@ -66,44 +67,65 @@ class EdgeResponse:
     on: Ints
     off: Ints
     n_packets: int
-    shortest_rest_us: float
+    shortest_interval_us: float
 
     @property
     def n_pixels(self) -> int:
-        """How many pixels take part."""
+        """Number of pixels."""
         return int(self.on.shape[0])
 
     @property
     def delays_us(self) -> Floats:
-        """Middle of each bin [us]."""
+        """Delays in the middle of the bins [us], shape (bins,)."""
         middles: Floats = np.arange(self.on.shape[1], dtype=np.float64) * BIN_US - AHEAD_US + BIN_US / 2
         return middles
 
     @property
     def n_rises(self) -> int:
-        """Rises of one packet; as many falls, because it repeats."""
+        """Number of rises per packet; there are as many falls, because the packet repeats."""
         return int((np.diff(self.levels.astype(int), append=int(self.levels[0])) > 0).sum())
 
     def per_edge(self, side: str) -> Floats:
-        """Polarity "on" or "off" in, the mean number of events of a pixel and edge in each bin out, shape (bins,)."""
+        """Return the mean number of events per pixel and edge in each bin.
+
+        Parameters
+        ----------
+        side : str
+            "on" or "off".
+
+        Returns
+        -------
+        ndarray of float, shape (bins,)
+        """
         counts: Ints = getattr(self, side)
         shares: Floats = counts.mean(axis=0) / (self.n_packets * self.n_rises)
         return shares
 
 
-def edge_response(
+def measure_edge_response(
     events: Events, box: Sequence[int], packets: Sequence[Packet], packet_format: PacketFormat
 ) -> EdgeResponse:
-    """Events, the box of an LED that stands still and its packets in, its pixels' answer to an edge out.
+    """Measure the response of the pixels that see an LED which stands still.
 
     Parameters
     ----------
     events : ndarray of EVENT_DTYPE, shape (n,)
-    box : (x, y, w, h)
-        Region [px].
+        The recording, in the order of time.
+    box : sequence of int
+        Region of the LED, x, y, w, h [px].
     packets : sequence of Packet
-        As decoded; those whose checksum holds are used, and all must say the same.
+        Packets as decoded. Those with the right checksum are used; they must all hold the same ID.
     packet_format : PacketFormat
+        Format of the packets.
+
+    Returns
+    -------
+    EdgeResponse
+
+    Raises
+    ------
+    ValueError
+        If there are not two valid packets with one ID, or too few pixels see the LED.
     """
     good = sorted((p for p in packets if p.checksum_ok and p.payload is not None), key=lambda p: p.start_us)
     payloads = {p.payload for p in good}
@@ -114,12 +136,12 @@ def edge_response(
     levels = encode_packet(int(payloads.pop() or 0), packet_format)
     number, t_us, p = _good_pixels(events, box)
     starts, chip_us = _fit_starts(np.array([g.start_us for g in good], float), packet_format.packet_us, levels.size)
-    for _ in range(3):  # the ON edges' own mean says when the packets began
-        delay, edge, packet = delays(t_us, starts, chip_us, levels)
+    for _ in range(3):  # the mean time of the ON events shows when the packets began
+        delay, edge, packet = find_delays(t_us, starts, chip_us, levels)
         hits = (edge > 0) & (p > 0) & (delay >= -AHEAD_US) & (delay < chip_us - AHEAD_US)
         late = np.array([delay[hits & (packet == k)].mean() for k in range(starts.size)])
         starts, chip_us = _fit_starts(starts + late - AHEAD_US, chip_us * levels.size, levels.size)
-    delay, edge, packet = delays(t_us, starts, chip_us, levels)
+    delay, edge, packet = find_delays(t_us, starts, chip_us, levels)
     n_bins, n_pixels = int(packet_format.chip_us // BIN_US), int(number.max()) + 1
     bins = np.floor((delay + AHEAD_US) / BIN_US).astype(np.int64)
     inside = (packet >= 0) & (bins >= 0) & (bins < n_bins)
@@ -130,17 +152,28 @@ def edge_response(
         counts.append(flat.reshape(n_pixels, n_bins))
     return EdgeResponse(
         levels=levels, chip_us=chip_us, start_us=float(starts[0]), on=counts[0], off=counts[1],
-        n_packets=starts.size, shortest_rest_us=_shortest_rest(number, t_us),
+        n_packets=starts.size, shortest_interval_us=_shortest_interval(number, t_us),
     )  # fmt: skip
 
 
-def split(response: EdgeResponse, n_groups: int = GROUPS) -> list[EdgeResponse]:
-    """An answer in, those of groups of its pixels out: their fits differ by as much as chance makes them."""
-    return [replace(response, on=response.on[k::n_groups], off=response.off[k::n_groups]) for k in range(n_groups)]
+def split_pixels(response: EdgeResponse) -> list[EdgeResponse]:
+    """Divide the pixels into groups; the scatter of the fits of the groups shows the uncertainty by chance.
+
+    Parameters
+    ----------
+    response : EdgeResponse
+        Response of all pixels.
+
+    Returns
+    -------
+    list of EdgeResponse
+        Responses of `GROUPS` groups; each pixel is in one of them.
+    """
+    return [replace(response, on=response.on[k::GROUPS], off=response.off[k::GROUPS]) for k in range(GROUPS)]
 
 
 def _good_pixels(events: Events, box: Sequence[int]) -> tuple[Ints, Floats, npt.NDArray[np.int64]]:
-    """Events and a box in; for each event of pixels that see the LED well: the pixel's number, time, polarity."""
+    """Return pixel number, time [us] and polarity of each event of the pixels in a box that see the LED well."""
     x, y, w, h = box
     column, row = events["x"].astype(np.int64) - x, events["y"].astype(np.int64) - y
     inside = (column >= 0) & (column < w) & (row >= 0) & (row < h)
@@ -148,10 +181,10 @@ def _good_pixels(events: Events, box: Sequence[int]) -> tuple[Ints, Floats, npt.
     counts = np.bincount(place, minlength=w * h)
     usual = np.median(counts[counts > 0.5 * np.percentile(counts, 99)])
     good = np.flatnonzero(counts > GOOD_SHARE * usual)
-    if good.size < LEAST_PIXELS:
+    if good.size < MIN_PIXELS:
         raise ValueError(
-            f"{good.size} pixels in box {tuple(box)} see the LED well, {LEAST_PIXELS} are needed; go nearer, "
-            "so that it covers more of them"
+            f"{good.size} pixels in box {tuple(box)} see the LED well, {MIN_PIXELS} are needed; go nearer, "
+            "so that it covers more pixels"
         )
     number = np.full(w * h, -1)
     number[good] = np.arange(good.size)
@@ -161,20 +194,44 @@ def _good_pixels(events: Events, box: Sequence[int]) -> tuple[Ints, Floats, npt.
 
 
 def _fit_starts(starts: Floats, packet_us: float, n_chips: int) -> tuple[Floats, float]:
-    """Starts of some packets in; those of a steady clock through them, and its chip [us], out."""
+    """Fit a steady clock to the starts of packets; return its starts and the length of a chip [us]."""
     number = np.round((starts - starts[0]) / packet_us)
     slope, first = np.polyfit(number, starts, 1)
     return first + slope * number, float(slope) / n_chips
 
 
-def delays(t_us: Floats, starts: Floats, chip_us: float, levels: npt.NDArray[np.uint8]) -> tuple[Floats, Ints, Ints]:
-    """Times in; for each the time since the last edge (its window opens `AHEAD_US` early), +1 rise or -1 fall, packet.
+def find_delays(
+    t_us: Floats, starts: Floats, chip_us: float, levels: npt.NDArray[np.uint8]
+) -> tuple[Floats, Ints, Ints]:
+    """Find the LED edge to which each event belongs, and the delay of the event after it.
 
-    The packet is -1 where none was read.
+    An event belongs to the last edge whose window has begun; windows begin `AHEAD_US` before the edge.
+
+    Parameters
+    ----------
+    t_us : ndarray of float, shape (n,)
+        Times of the events [us].
+    starts : ndarray of float, shape (packets,)
+        Start of each packet [us].
+    chip_us : float
+        Length of a chip [us].
+    levels : ndarray of uint8, shape (chips,)
+        Levels of one packet: 0 LED off, 1 LED on.
+
+    Returns
+    -------
+    delay_us : ndarray of float, shape (n,)
+        Time since the edge [us], ``-AHEAD_US`` or more.
+    edge : ndarray of int64, shape (n,)
+        +1 for a rise, -1 for a fall.
+    packet : ndarray of int64, shape (n,)
+        Number of the packet; -1 where no packet was read.
     """
     turns: Ints = levels.astype(np.int64) - np.roll(levels, 1)
     at = np.flatnonzero(turns)
-    if not turns[0] and at.size:  # what is before a packet's first edge belongs to the last one of the packet ahead
+    if (
+        not turns[0] and at.size
+    ):  # events before the first edge of a packet belong to the last edge of the previous packet
         at = np.concatenate([[at[-1] - levels.size], at])
     packet = np.searchsorted(starts - AHEAD_US, t_us, side="right") - 1
     since = t_us - starts[np.maximum(packet, 0)]
@@ -183,8 +240,8 @@ def delays(t_us: Floats, starts: Floats, chip_us: float, levels: npt.NDArray[np.
     return since - at[edge] * chip_us, turns[at[edge] % levels.size], np.where(inside, packet, -1)
 
 
-def _shortest_rest(number: Ints, t_us: Floats) -> float:
-    """Events of many pixels in, the time between two of one pixel that 1 in 1000 undercuts out [us]."""
+def _shortest_interval(number: Ints, t_us: Floats) -> float:
+    """Return the 0.001 quantile of the times between successive events of the same pixel [us]."""
     order = np.lexsort((t_us, number))
-    rest = np.diff(t_us[order])[np.diff(number[order]) == 0]
-    return float(np.quantile(rest, 0.001)) if rest.size else float("nan")
+    intervals = np.diff(t_us[order])[np.diff(number[order]) == 0]
+    return float(np.quantile(intervals, 0.001)) if intervals.size else float("nan")

@@ -1,4 +1,4 @@
-"""A recording whose IDs are to be found: markers drawn from a seed, and a check that does not tell them."""
+"""An exercise recording with hidden IDs, and a fingerprint to check an answer without revealing it."""
 
 from __future__ import annotations
 
@@ -11,20 +11,29 @@ import numpy as np
 from bicode_lab.camera import PlacedMarker, Pose, Scene, Still
 from bicode_lab.marker import Board, Marker, PacketFormat
 
-SECONDS = 0.2
+SECONDS = 0.2  # length of the recording
 PLACES = ((3.0, 0.0), (4.0, 40.0), (6.0, 0.0), (12.0, 0.0))  # distance [m] and yaw [deg] of each marker
 SALT = "bicode_lab mystery"
 
 
-def mystery_scene(seed: int) -> Scene:
-    """A seed in, four markers with IDs, patterns, places and phases of their own out.
+def make_mystery_scene(seed: int) -> Scene:
+    """Make a scene of four markers with random IDs, patterns, places and phases.
 
-    They hang side by side in an order left to chance. One of them sends Manchester bits the other way round.
+    The markers hang side by side in random order. One of them uses the other Manchester convention.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of all random draws.
+
+    Returns
+    -------
+    Scene
     """
     rng = np.random.default_rng(seed)
     ids = rng.choice(np.arange(1, 256), len(PLACES), replace=False)
     patterns = rng.choice(50, len(PLACES), replace=False)
-    columns = rng.permutation(len(PLACES)) - (len(PLACES) - 1) / 2  # quarters of the picture, from the left
+    columns = rng.permutation(len(PLACES)) - (len(PLACES) - 1) / 2  # quarters of the picture, counted from its middle
     odd_one = int(rng.integers(len(PLACES)))
     placed = []
     for number, (distance_m, yaw_deg) in enumerate(PLACES):
@@ -43,15 +52,25 @@ def mystery_scene(seed: int) -> Scene:
     return replace(Scene(), markers=tuple(placed))
 
 
-def digest_of(ids: Iterable[int]) -> str:
-    """IDs in any order in, a fingerprint out: equal IDs have equal ones, and it does not tell them.
+def fingerprint_ids(ids: Iterable[int]) -> str:
+    """Return a fingerprint of IDs: the same IDs give the same fingerprint, and it does not reveal them.
+
+    Parameters
+    ----------
+    ids : iterable of int
+        IDs in any order.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
 
     Examples
     --------
-    >>> digest_of([37, 200]) == digest_of({200, 37})
+    >>> fingerprint_ids([37, 200]) == fingerprint_ids({200, 37})
     True
-    >>> len(digest_of([37]))
+    >>> len(fingerprint_ids([37]))
     16
     """
-    said = f"{SALT} {sorted({int(one) for one in ids})}"
-    return hashlib.sha256(said.encode()).hexdigest()[:16]
+    text = f"{SALT} {sorted({int(one) for one in ids})}"
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

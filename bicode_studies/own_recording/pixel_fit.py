@@ -1,10 +1,11 @@
-"""The pixel model that answers to a blinking LED as a real camera did.   an answer -> constants
+"""Fit the pixel model to the edge response that was measured with a blinking LED.
 
-A search over the constants of `camera.sensor`: each try sends the packet to some hundred model
-pixels, lays their events over each other as `own_camera` does with the real ones, and compares.
+The constants of the pixel model (`camera.pixels`) are varied. For each set of constants the packet is sent to some
+hundred model pixels, their events are summed edge by edge as `led_response` does with the real ones, and the two
+responses are compared.
 
-Where the time constant is not well below a chip, an edge's answer runs into the next one's, and the
-difference of the two delays comes out some microseconds off: send more slowly then.
+If the time constant is not much shorter than a chip, the response to one edge runs into that to the next one. Then the
+difference of the two delays is some microseconds off: send more slowly in this case.
 """
 
 from __future__ import annotations
@@ -17,85 +18,105 @@ from scipy.optimize import minimize
 
 from bicode_lab.camera.pixel_steps import most_events
 from bicode_lab.camera.pixels import SIDE_BY_SIDE, SMALLEST_THRESHOLD, PixelModel, fire_lit_pixels, start_pixels
-from bicode_studies.own_recording.led_response import AHEAD_US, BIN_US, EdgeResponse, delays
+from bicode_studies.own_recording.led_response import AHEAD_US, BIN_US, EdgeResponse, find_delays
 
 Floats = npt.NDArray[np.float64]
 
-SPREAD = 0.12  # of the threshold from pixel to pixel, as a part of it
-RESTS = (0.25, 0.5, 0.75, 1.0)  # dead times to begin with, over the shortest time between two events
+THRESHOLD_SPREAD = 0.12  # standard deviation of the threshold between pixels, relative to the threshold
+REFRACTORY_SHARES = (0.25, 0.5, 0.75, 1.0)  # refractory periods to start from, relative to the shortest interval
 MODEL_PIXELS = 240
-MODEL_PACKETS = 4  # the first is not looked at: the pixels have to get into step
-IMPOSSIBLE = 1e6
+MODEL_PACKETS = 4  # the first one is not counted: the pixels need it to settle
+IMPOSSIBLE = 1e6  # misfit of constants that no pixel can have
 
 
 @dataclass(frozen=True, kw_only=True)
 class PixelFit:
-    """Constants of the model whose answer looks like the one measured.
+    """Constants of the pixel model whose response is nearest to the one measured.
 
     Parameters
     ----------
     log_contrast : float
-        Logarithm of the light with the LED on over that with the LED off; given, not fitted.
+        Natural logarithm of the light with the LED on over that with the LED off; given, not fitted.
     threshold : float
-        Contrast threshold, a step of the logarithm of the light.
+        Contrast threshold, a step of the natural logarithm of the light.
     time_constant_us : float
-        Of the low-pass, with the LED off [us].
+        Time constant of the low-pass with the LED off [us].
     noise : float
-        Standard deviation of the log level's noise.
-    rest_us : float
-        Dead time after an event [us].
-    on_us, off_us : float
-        From the grid's edges to the moment the light seems to switch [us]; each holds the same unknown shift.
+        Standard deviation of the noise of the log level.
+    refractory_us : float
+        Refractory period after an event [us].
+    on_delay_us, off_delay_us : float
+        Times from the measured edges to the moments at which the light seems to switch [us]. Both hold the same
+        unknown shift.
     misfit : float
-        Mean squared difference of the two answers over what chance explains; near 1 the model is good enough.
+        Mean squared difference of the two responses, divided by what chance explains; near 1 the model is good enough.
     """
 
     log_contrast: float
     threshold: float
     time_constant_us: float
     noise: float
-    rest_us: float
-    on_us: float
-    off_us: float
+    refractory_us: float
+    on_delay_us: float
+    off_delay_us: float
     misfit: float = float("nan")
 
     @property
-    def off_later_us(self) -> float:
+    def delay_difference_us(self) -> float:
         """How much longer the pure delay of OFF is than that of ON [us]."""
-        return self.off_us - self.on_us
+        return self.off_delay_us - self.on_delay_us
 
 
 def fit_pixel(
     response: EdgeResponse, log_contrast: float, *, start: PixelFit | None = None, n_steps: int = 300, seed: int = 0
 ) -> PixelFit:
-    """An answer and the LED's log contrast in, the constants of the pixel model whose answer is most like it out.
+    """Fit the constants of the pixel model to a measured response, with the Nelder-Mead method.
 
-    Nelder and Mead's search over `n_steps` answers of the model, from `start`; without one, from the best of
-    several short searches with dead times up to the shortest one seen. The model's pixels are of one `seed`:
-    fits of other pixels *and* another seed differ by as much as the whole measurement is uncertain by chance.
+    Parameters
+    ----------
+    response : EdgeResponse
+        The measured response.
+    log_contrast : float
+        Natural logarithm of the light with the LED on over that with the LED off, above 0.
+    start : PixelFit, optional
+        Constants to start from. None starts from the best of several short searches with different refractory
+        periods, up to the shortest interval measured.
+    n_steps : int
+        Number of model responses to compute.
+    seed : int
+        Seed of the model pixels. Fits of other pixels with another seed differ by as much as the whole measurement is
+        uncertain by chance.
+
+    Returns
+    -------
+    PixelFit
+
+    Raises
+    ------
+    ValueError
+        If `log_contrast` is not above 0.
     """
     if not log_contrast > 0:
         raise ValueError(f"log_contrast={log_contrast} is not above 0; give ln(light with the LED on / light without)")
     if start is None:
-        rest_us = max(response.shortest_rest_us, 10.0)
-        tries = [
-            _search(response, _first_guess(log_contrast, share * rest_us), 0.3, n_steps // 2, seed) for share in RESTS
-        ]
+        interval_us = max(response.shortest_interval_us, 10.0)
+        guesses = [_first_guess(log_contrast, share * interval_us) for share in REFRACTORY_SHARES]
+        tries = [_search(response, guess, 0.3, n_steps // 2, seed) for guess in guesses]
         start = min(tries, key=lambda fit: fit.misfit)
     return _search(response, replace(start, log_contrast=log_contrast), 0.15, n_steps, seed)
 
 
-def _first_guess(log_contrast: float, rest_us: float) -> PixelFit:
-    """A usual sensor."""
+def _first_guess(log_contrast: float, refractory_us: float) -> PixelFit:
+    """Return constants of a typical sensor."""
     threshold = log_contrast / 2.5
     return PixelFit(
         log_contrast=log_contrast, threshold=threshold, time_constant_us=150.0, noise=0.2 * threshold,
-        rest_us=rest_us, on_us=-30.0, off_us=-30.0,
+        refractory_us=refractory_us, on_delay_us=-30.0, off_delay_us=-30.0,
     )  # fmt: skip
 
 
 def _search(response: EdgeResponse, start: PixelFit, spread: float, n_steps: int, seed: int) -> PixelFit:
-    """Nelder and Mead's search from `start`, its first steps as large as `spread` (of each constant; 100 us are 1)."""
+    """Search from `start`; the first step is `spread` in each logarithm, and 100 us times `spread` in each delay."""
     first = _to_vector(start)
     corners = first + np.vstack([np.zeros(first.size), np.diag(spread * np.array([1, 1, 1, 1, 100, 100]))])
     found = minimize(
@@ -108,33 +129,54 @@ def _search(response: EdgeResponse, start: PixelFit, spread: float, n_steps: int
 def model_response(
     fit: PixelFit, levels: npt.NDArray[np.uint8], chip_us: float, n_bins: int, seed: int = 0
 ) -> tuple[Floats, Floats]:
-    """Constants and a packet in; the model's mean ON and OFF events of a pixel and edge in each bin out."""
+    """Compute the edge response of the pixel model.
+
+    Parameters
+    ----------
+    fit : PixelFit
+        Constants of the model.
+    levels : ndarray of uint8, shape (chips,)
+        Levels of one packet: 0 LED off, 1 LED on.
+    chip_us : float
+        Length of a chip [us].
+    n_bins : int
+        Number of bins of `BIN_US`.
+    seed : int
+        Seed of the model pixels.
+
+    Returns
+    -------
+    on, off : ndarray of float, shape (n_bins,)
+        Mean number of ON events per pixel and rise, and of OFF events per pixel and fall.
+    """
     model = PixelModel(
-        threshold_on=fit.threshold, threshold_off=fit.threshold, threshold_spread=SPREAD * fit.threshold,
-        time_constant_us=fit.time_constant_us, noise=fit.noise, refractory_us=fit.rest_us,
+        threshold_on=fit.threshold, threshold_off=fit.threshold, threshold_spread=THRESHOLD_SPREAD * fit.threshold,
+        time_constant_us=fit.time_constant_us, noise=fit.noise, refractory_us=fit.refractory_us,
         latency_on_us=0.0, latency_off_us=0.0,
     )  # fmt: skip
     t_us, p = _model_events(model, float(np.expm1(fit.log_contrast)), levels, chip_us, seed)
     starts = np.arange(MODEL_PACKETS, dtype=np.float64) * (chip_us * levels.size)
     rises = (np.diff(levels.astype(int), append=int(levels[0])) > 0).sum()
-    answers = []
-    for sign, late in ((1, fit.on_us), (-1, fit.off_us)):
-        delay, edge, packet = delays(t_us + late, starts, chip_us, levels)
+    responses = []
+    for sign, late in ((1, fit.on_delay_us), (-1, fit.off_delay_us)):
+        delay, edge, packet = find_delays(t_us + late, starts, chip_us, levels)
         mine = (edge == sign) & ((p > 0) == (sign > 0)) & (packet > 0)
-        place = (delay[mine] + AHEAD_US) / BIN_US - 0.5  # shared between two bins: smooth in the shift
+        place = (
+            delay[mine] + AHEAD_US
+        ) / BIN_US - 0.5  # divided between two bins, so that the result is smooth in the delay
         low = np.floor(place).astype(np.int64)
         hist = np.zeros(n_bins + 2)
         for bins, weight in ((low, low + 1 - place), (low + 1, place - low)):
             inside = (bins >= 0) & (bins < n_bins)
             hist[:n_bins] += np.bincount(bins[inside], weight[inside], minlength=n_bins)
-        answers.append(hist[:n_bins] / (MODEL_PIXELS * (MODEL_PACKETS - 1) * rises))
-    return answers[0], answers[1]
+        responses.append(hist[:n_bins] / (MODEL_PIXELS * (MODEL_PACKETS - 1) * rises))
+    return responses[0], responses[1]
 
 
 def _model_events(
     model: PixelModel, led_to_ambient: float, levels: npt.NDArray[np.uint8], chip_us: float, seed: int
 ) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """The model's pixels under a packet sent `MODEL_PACKETS` times; times [us] and polarities of their events out."""
+    """Return times [us] and polarities of the events of model pixels that see a packet `MODEL_PACKETS` times."""
     n = MODEL_PIXELS
     state = start_pixels(np.ones(n, np.float32), model, np.random.default_rng(seed))
     light = np.tile(levels, MODEL_PACKETS)
@@ -152,15 +194,15 @@ def _model_events(
 
 
 def _misfit(response: EdgeResponse, fit: PixelFit, seed: int) -> float:
-    """Mean squared difference of an answer and the model's, over the chance of both; a large number if it cannot be."""
-    if not (fit.threshold > SMALLEST_THRESHOLD and 5 < fit.time_constant_us < 5000 and fit.rest_us < 1000):
+    """Return the mean squared difference of the measured and the model response, divided by their variance."""
+    if not (fit.threshold > SMALLEST_THRESHOLD and 5 < fit.time_constant_us < 5000 and fit.refractory_us < 1000):
         return IMPOSSIBLE
     n_bins = response.on.shape[1]
     edges = response.n_pixels * response.n_packets * response.n_rises
     model_edges = MODEL_PIXELS * (MODEL_PACKETS - 1) * response.n_rises
     total = 0.0
-    answers = model_response(fit, response.levels, response.chip_us, n_bins, seed)
-    for side, model in zip(("on", "off"), answers, strict=True):
+    responses = model_response(fit, response.levels, response.chip_us, n_bins, seed)
+    for side, model in zip(("on", "off"), responses, strict=True):
         seen = response.per_edge(side)
         variance = (seen * edges + 1) / edges**2 + (model * model_edges + 1) / model_edges**2
         total += float(((seen - model) ** 2 / variance).mean())
@@ -168,14 +210,15 @@ def _misfit(response: EdgeResponse, fit: PixelFit, seed: int) -> float:
 
 
 def _to_vector(fit: PixelFit) -> Floats:
-    """Constants in, what the search moves out: logarithms, and the two shifts [us]."""
-    return np.array([*np.log([fit.threshold, fit.time_constant_us, fit.noise, fit.rest_us]), fit.on_us, fit.off_us])
+    """Return the variables of the search: logarithms of four constants, and the two delays [us]."""
+    logs = np.log([fit.threshold, fit.time_constant_us, fit.noise, fit.refractory_us])
+    return np.array([*logs, fit.on_delay_us, fit.off_delay_us])
 
 
 def _from_vector(vector: Floats, log_contrast: float) -> PixelFit:
-    """The other way round."""
-    threshold, tau_us, noise, rest_us = (float(v) for v in np.exp(np.minimum(vector[:4], 20)))
+    """Return the constants for the variables of the search."""
+    threshold, tau_us, noise, refractory_us = (float(v) for v in np.exp(np.minimum(vector[:4], 20)))
     return PixelFit(
-        log_contrast=log_contrast, threshold=threshold, time_constant_us=tau_us, noise=noise, rest_us=rest_us,
-        on_us=float(vector[4]), off_us=float(vector[5]),
+        log_contrast=log_contrast, threshold=threshold, time_constant_us=tau_us, noise=noise,
+        refractory_us=refractory_us, on_delay_us=float(vector[4]), off_delay_us=float(vector[5]),
     )  # fmt: skip

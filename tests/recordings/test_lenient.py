@@ -161,7 +161,7 @@ def test_the_command_line_says_what_was_dropped_and_what_was_assumed(tmp_path):
     assert done.stderr == f"{path}: dropped 1 events outside the sensor\n"
     path.write_bytes(evt3(0x8001, 0x0005, 0x2001).replace(b"% geometry 640x480\n", b""))
     done = CliRunner().invoke(decode, [str(path)])
-    assert done.stderr == f"{path}: does not say its sensor's size; 1280x720 px assumed (--width, --height)\n"
+    assert done.stderr == f"{path}: does not state its sensor size; 1280x720 px assumed (--width, --height)\n"
 
 
 def test_the_command_line_writes_every_format(tmp_path):

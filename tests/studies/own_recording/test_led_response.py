@@ -1,4 +1,4 @@
-"""A camera whose constants were typed in is measured, and they come out again."""
+"""Tests of the measurement of a camera: the constants that its events were made with are found again."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from bicode_lab.camera.pixels import PixelModel, fire_lit_pixels, start_pixels
 from bicode_lab.events import make_events
 from bicode_lab.marker import PacketFormat, encode_packet
 from bicode_lab.recognition import Packet
-from bicode_studies.own_recording.led_response import edge_response, split
+from bicode_studies.own_recording.led_response import measure_edge_response, split_pixels
 from bicode_studies.own_recording.pixel_fit import PixelFit, fit_pixel, model_response
 
 SIDE = 20
@@ -18,11 +18,11 @@ RATIO = 1.9
 FORMAT = PacketFormat()
 
 
-CAMERA = PixelModel(time_constant_us=150.0)  # the one to be found
+CAMERA = PixelModel(time_constant_us=150.0)  # its constants are to be found
 
 
 def led_events(model, *, chip_us=500.0, payload=0x25, seed=1, clock_start_us=0):
-    """Events of 20 x 20 px that see an LED, and its packets as a receiver that is some us off says them."""
+    """Return events of 20 x 20 px that see an LED, and its packets with starts that are up to 30 us wrong."""
     n = SIDE * SIDE
     levels = encode_packet(payload, FORMAT)
     light = np.tile(levels, PACKETS)
@@ -47,7 +47,7 @@ def led_events(model, *, chip_us=500.0, payload=0x25, seed=1, clock_start_us=0):
 
 def response_of(model, **changes):
     events, packets = led_events(model, **changes)
-    return edge_response(events, (0, 0, SIDE, SIDE), packets, FORMAT)
+    return measure_edge_response(events, (0, 0, SIDE, SIDE), packets, FORMAT)
 
 
 @pytest.mark.parametrize("clock_start_us", [0, 11_200_224])
@@ -61,7 +61,7 @@ def test_the_transmitters_clock_is_found(ppm, clock_start_us):
 
 def test_every_event_of_an_edge_is_counted_once():
     events, packets = led_events(PixelModel(noise=0.0, threshold_spread=0.0))
-    response = edge_response(events, (0, 0, SIDE, SIDE), packets, FORMAT)
+    response = measure_edge_response(events, (0, 0, SIDE, SIDE), packets, FORMAT)
     inside = response.on.sum() + response.off.sum()
     assert response.n_pixels == SIDE * SIDE
     assert 0.97 * events.size <= inside <= events.size
@@ -72,7 +72,7 @@ def test_every_event_of_an_edge_is_counted_once():
 
 def test_groups_hold_every_pixel_once():
     response = response_of(CAMERA)
-    parts = split(response)
+    parts = split_pixels(response)
     assert sum(part.n_pixels for part in parts) == response.n_pixels
     assert (sum(part.on.sum(axis=0) for part in parts) == response.on.sum(axis=0)).all()
 
@@ -92,8 +92,8 @@ def test_constants_typed_in_come_out_again(changes):
 def test_the_difference_of_the_delays_lies_within_what_the_groups_scatter(off_us):
     response = response_of(replace(CAMERA, latency_off_us=off_us))
     later = [
-        fit_pixel(part, float(np.log(RATIO)), n_steps=150, seed=k).off_later_us
-        for k, part in enumerate(split(response), 1)
+        fit_pixel(part, float(np.log(RATIO)), n_steps=150, seed=k).delay_difference_us
+        for k, part in enumerate(split_pixels(response), 1)
     ]
     assert abs(np.mean(later) - (off_us - 20)) < 3.18 * np.std(later, ddof=1)  # Student, 3 degrees of freedom, 95 %
 
@@ -109,7 +109,8 @@ def test_a_delay_common_to_on_and_off_cannot_be_seen_their_difference_can():
 
 def test_contrast_and_threshold_scale_together():
     fit = PixelFit(
-        log_contrast=0.6, threshold=0.25, time_constant_us=200, noise=0.05, rest_us=50, on_us=0, off_us=0
+        log_contrast=0.6, threshold=0.25, time_constant_us=200, noise=0.05, refractory_us=50,
+        on_delay_us=0, off_delay_us=0,
     )  # fmt: skip
     twice = replace(fit, log_contrast=0.66, threshold=0.275, noise=0.055)
     levels = encode_packet(0x25, FORMAT)
@@ -121,8 +122,8 @@ def test_contrast_and_threshold_scale_together():
 def test_what_cannot_be_measured_is_refused():
     events, packets = led_events(CAMERA)
     with pytest.raises(ValueError, match="two or more packets"):
-        edge_response(events, (0, 0, SIDE, SIDE), packets[:1], FORMAT)
+        measure_edge_response(events, (0, 0, SIDE, SIDE), packets[:1], FORMAT)
     with pytest.raises(ValueError, match="go nearer"):
-        edge_response(events, (0, 0, 2, 2), packets, FORMAT)
+        measure_edge_response(events, (0, 0, 2, 2), packets, FORMAT)
     with pytest.raises(ValueError, match="log_contrast"):
-        fit_pixel(edge_response(events, (0, 0, SIDE, SIDE), packets, FORMAT), 0.0)
+        fit_pixel(measure_edge_response(events, (0, 0, SIDE, SIDE), packets, FORMAT), 0.0)

@@ -1,4 +1,4 @@
-"""The film and the table of a recording."""
+"""Tests of the video and the table of a recording."""
 
 import cv2
 import numpy as np
@@ -46,7 +46,7 @@ def test_a_part_is_shown_from_its_corner():
 
 def test_the_film_can_be_read_back(tmp_path):
     path = tmp_path / "new" / "film.mp4"
-    n = write_video(path, EVENTS, SIGHTINGS, SETTINGS, most_frames=10)
+    n = write_video(path, EVENTS, SIGHTINGS, SETTINGS, max_frames=10)
     film = cv2.VideoCapture(str(path))
     assert n == 10
     assert film.get(cv2.CAP_PROP_FRAME_COUNT) == 10
@@ -54,6 +54,13 @@ def test_the_film_can_be_read_back(tmp_path):
     ok, picture = film.read()
     assert ok
     assert picture[55, 105].min() > 200  # the ON event, after compression
+
+
+@pytest.mark.parametrize("fps", [10.0, 25.0])
+def test_the_film_has_the_pictures_per_second_that_were_asked_for(tmp_path, fps):
+    path = tmp_path / "film.mp4"
+    write_video(path, EVENTS, SIGHTINGS, SETTINGS, fps=fps, zoom=(8, 4, 32, 24), max_frames=2)
+    assert cv2.VideoCapture(str(path)).get(cv2.CAP_PROP_FPS) == pytest.approx(fps)
 
 
 def test_another_ending_is_refused(tmp_path):
