@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 
 from bicode_lab.boxes import Box
@@ -20,6 +19,7 @@ from bicode_lab.camera.pixels import NOISE_REACH, PixelModel, PixelState
 from bicode_lab.camera.plate_image import PlateImage
 from bicode_lab.camera.wall import Wall
 from bicode_lab.camera.wall_pixels import look_up
+from bicode_lab.kernels import njit
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Patch:
         return edges, moments, levels.astype(np.float32), maps.astype(np.int32)
 
 
-@nb.njit(cache=True)
+@njit(cache=True)
 def _settle_or_choose(index: I4, lowest: F4, highest: F4, last: F4, reference: F4, on: F4, off: F4, margin: np.float32,
                       level: F4) -> I8:  # fmt: skip
     """Pixels in; which of them can reach a threshold comes back, and the level of the others is set to `last`."""

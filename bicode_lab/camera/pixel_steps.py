@@ -8,9 +8,10 @@ that takes pixel by pixel are the crossings.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
+
+from bicode_lab.kernels import njit
 
 F4 = npt.NDArray[np.float32]
 F8 = npt.NDArray[np.float64]
@@ -30,7 +31,7 @@ OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MOST_LANES for k in range(7)
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
 
 
-@nb.njit(inline="always", error_model="numpy")
+@njit(inline="always", error_model="numpy")
 def fast_exp(x: float) -> float:
     """The exponential of x, -700 < x < 700, to a part in 1e11."""
     n = np.floor(x * LOG2_E + 0.5)
@@ -41,7 +42,7 @@ def fast_exp(x: float) -> float:
     return float(p * power.view(np.float64))
 
 
-@nb.njit(inline="always", error_model="numpy")
+@njit(inline="always", error_model="numpy")
 def fast_log(x: float) -> float:
     """The natural logarithm of x > 0, to 1e-11."""
     bits = np.float64(x).view(np.int64)
@@ -53,13 +54,13 @@ def fast_log(x: float) -> float:
     return float(n * LN_2_HIGH + (n * LN_2_LOW + 2 * s * series))
 
 
-@nb.njit(inline="always")
+@njit(inline="always")
 def noise_key(seed: np.uint64, pixel: int) -> np.uint64:
     """A seed and a pixel in, what `noise_from` wants of them out."""
     return seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15))
 
 
-@nb.njit(inline="always")
+@njit(inline="always")
 def noise_from(key: np.uint64, moment: int) -> float:
     """A pixel's key and a moment in, a standard normal number (sum of four uniform ones) that is theirs out."""
     z = key ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
@@ -71,7 +72,7 @@ def noise_from(key: np.uint64, moment: int) -> float:
     return (float(total) - 131070.0) * 2.6429e-5  # variance 4 * 65536^2 / 12
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def most_events(edges: F8, dead: float) -> int:
     """Borders of stretches [us] and the time of a reset in, the most events a pixel can make in them out."""
     most = 0
@@ -80,7 +81,7 @@ def most_events(edges: F8, dead: float) -> int:
     return most
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -> int:
     """A reset that ends in the stretch ends now; how many pixels can reach a threshold in it comes back."""
     held, ready = 0, 0
@@ -100,7 +101,7 @@ def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -
     return ready
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[int, int]:
     """The next crossing of each of the first `n` lanes, where it has one; how many lanes may have more, and events.
 
@@ -135,7 +136,7 @@ def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[i
     return more, count
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def fire_stretch(
     many: int, start: float, end: float, keys: U8, moment: int, noise: float, light: F8, rate: F8,
     level: F8, reference: F8, free: F8, on: F8, off: F8, dead: float, delay_on: float, delay_off: float,

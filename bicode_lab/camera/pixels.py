@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 
 from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MOST_LANES, U4, fast_log, fire_stretch, most_events, noise_key
 from bicode_lab.constants import constant
+from bicode_lab.kernels import njit
 
 SMALLEST_THRESHOLD = 0.05
 NOISE_REACH = 3.47  # the noise drawn here never exceeds this many standard deviations
@@ -112,7 +112,7 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
     return PixelState(level, level.copy(), np.full(signal.size, -1e18), on, off)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def fire_lit_pixels(
     first: int, index: I4, ambient: F4, glow: F4, edges: F8, moments: I8, levels: F4, maps: I4,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
@@ -195,7 +195,7 @@ def fire_lit_pixels(
     return index.size, count
 
 
-@nb.njit(cache=True)
+@njit(cache=True)
 def sort_by_time(pixels: U4, times: F8, count: int, start_us: int, end_us: int, width: int, words: I8) -> int:
     """Events in any order in; those before `end_us`, none before `start_us`, are sorted, and their number comes back.
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 
@@ -18,6 +17,7 @@ from bicode_lab.boxes import Box
 from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.optics import Light, Optics, ambient_signal, led_signal, plate_homography
 from bicode_lab.camera.pixel_steps import F4
+from bicode_lab.kernels import njit
 from bicode_lab.marker import Board, Marker
 
 Image = npt.NDArray[np.float32]
@@ -197,7 +197,7 @@ def _blur(image: Image, optics: Optics, finer: int) -> Image:
     return np.asarray(blurred, np.float32)
 
 
-@nb.njit(cache=True)
+@njit(cache=True)
 def _draw_face(
     glow: Image, mask: Image, cells: Image, to_cells: Floats, x0: int, y0: int, x1: int, y1: int, samples: int
 ) -> None:

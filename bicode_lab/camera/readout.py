@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.events import Events, words
+from bicode_lab.kernels import njit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class ReadoutQueue:
         return out[:kept]
 
 
-@nb.njit(cache=True)
+@njit(cache=True)
 def _count_calm(
     events: npt.NDArray[np.int64],
     state: npt.NDArray[np.float64],
@@ -107,7 +107,7 @@ def _count_calm(
     return 0 if crowded else int(np.searchsorted(t, t[-1]))
 
 
-@nb.njit(cache=True)
+@njit(cache=True)
 def _read_rows(
     events: npt.NDArray[np.int64],
     out: npt.NDArray[np.int64],

@@ -12,7 +12,6 @@ They answer to light as all pixels do. What is done for speed, and changes nothi
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 
@@ -32,6 +31,7 @@ from bicode_lab.camera.pixel_steps import (
     noise_key,
 )
 from bicode_lab.camera.pixels import NOISE_REACH
+from bicode_lab.kernels import njit
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
 ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel that comes so near to its threshold is followed
@@ -44,7 +44,7 @@ COLUMNS = 14
 Flags = npt.NDArray[np.bool_]
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def find_places(shape: tuple[int, int], h: Floats, many: int, lanes: F8, at: I8) -> None:
     """The first `many` pixels, their `X` and `Y`, in; the point of the wall that each looks at out.
 
@@ -68,7 +68,7 @@ def find_places(shape: tuple[int, int], h: Floats, many: int, lanes: F8, at: I8)
         at[i] = np.int64(row * stride + column)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def read_places(image: F4, many: int, lanes: F8, at: I8, base: float) -> None:
     """What `find_places` found in; `LIGHT` is filled with `base` and the image between its four nearest points.
 
@@ -84,7 +84,7 @@ def read_places(image: F4, many: int, lanes: F8, at: I8, base: float) -> None:
         lanes[LIGHT + i] = base + lanes[SEEN + i] * (upper * (1 - down) + lower * down)
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
     """Pixels in; `base` and the image that a homography finds at each out."""
     light = np.empty(x.size, np.float32)
@@ -100,7 +100,7 @@ def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
     return light
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _wake(
     lead: int, many: int, width: int, taken: Flags, asleep: Flags, lowest: F4, highest: F4, log_ambient: float,
     middle: Floats, start_us: float, moments: I8, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
@@ -148,7 +148,7 @@ def _wake(
     return waiting, woken
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: float, tau_us: float,
             lanes: F8, turn: I8) -> int:  # fmt: skip
     """The first `many` pixels through one stretch, in which they see `LIGHT`, as if none could fire.
@@ -171,7 +171,7 @@ def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: f
     return n
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _catch_up(
     woken: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, edges: F8, moments: I8,
     seed: np.uint64, noise: float, tau_us: float, lanes: F8, at: I8, keys: U8, turn: I8, level: F4,
@@ -190,7 +190,7 @@ def _catch_up(
         level[int(lanes[REFERENCE + j])] = lanes[LEVEL + j]
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _fire(
     n: int, turn: I8, start: float, end: float, keys: U8, moment: int, noise: float, dead: float,
     delay_on: float, delay_off: float, awake: I8, lanes: F8, room: F8, pixels: U4, times: F8, count: int,
@@ -214,7 +214,7 @@ def _fire(
     return count
 
 
-@nb.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def fire_wall_pixels(
     first: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
     before: tuple[Floats, F8, I8], from_pixels: Floats, edges: F8, moments: I8,

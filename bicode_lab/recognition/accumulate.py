@@ -15,9 +15,9 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from bicode_lab.events import Events, windows
+from bicode_lab.kernels import njit
 from bicode_lab.recognition.event_codes import ONE, CodedEvents, EventCoder
 from bicode_lab.recognition.settings import FRAME_RULES, FrameRule
 

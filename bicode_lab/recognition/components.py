@@ -6,7 +6,8 @@ All of it walks lists of kept pixels, of which there are few; no picture is look
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from bicode_lab.kernels import njit
 
 MOST_BY_EIGHTS = 4  # a row of so many pixels to both sides lies in two words of eight
 

@@ -31,8 +31,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from bicode_lab.kernels import njit
 from bicode_lab.marker.manchester import Convention, manchester_decode
 from bicode_lab.marker.packet import PacketFormat, decode_data_bits
 from bicode_lab.recognition.led_state import edge_gates

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from bicode_lab.events import Events, words
+from bicode_lab.kernels import njit
 
 AHEAD = 32  # events between asking for a pixel's memory and working on it
 LOW_16 = np.uint64(0xFFFF)

@@ -13,9 +13,9 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from bicode_lab.events import Events
+from bicode_lab.kernels import njit
 from bicode_lab.recognition.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 
 Counts = npt.NDArray[np.int32]

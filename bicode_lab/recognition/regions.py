@@ -31,10 +31,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from bicode_lab.boxes import Box
 from bicode_lab.events import Events
+from bicode_lab.kernels import njit
 from bicode_lab.recognition.accumulate import accumulate
 from bicode_lab.recognition.components import components, merge_overlapping, open_squares
 from bicode_lab.recognition.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch

@@ -8,9 +8,8 @@ come from here.
 
 from __future__ import annotations
 
-from numba import njit
-
 from bicode_lab.events import Events
+from bicode_lab.kernels import njit
 from bicode_lab.recordings.validate import (
     BLANK,
     EVENTS,

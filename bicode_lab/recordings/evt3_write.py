@@ -21,9 +21,9 @@ from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from bicode_lab.events import Events, join
+from bicode_lab.kernels import njit
 
 MAX_SIDE_PX = 2048
 """Largest width and height [px]: rows and columns have 11 bits."""

@@ -7,9 +7,9 @@ in `evt_time`.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from bicode_lab.events import Events
+from bicode_lab.kernels import njit
 from bicode_lab.recordings.evt_time import (
     ACCEPTED,
     BOTH_TRUSTED,

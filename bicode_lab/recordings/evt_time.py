@@ -14,8 +14,7 @@ and the events under it are dropped.
 
 from __future__ import annotations
 
-from numba import njit
-
+from bicode_lab.kernels import njit
 from bicode_lab.recordings.validate import DOUBTFUL, EVENTS, HIGH, LENIENT, LOW, TRUSTED, Int, Ints, count_offence
 
 # Answers to the question whether a time word can be trusted.

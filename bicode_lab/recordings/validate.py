@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from bicode_lab.events import Events
+from bicode_lab.kernels import njit
 from bicode_lab.recordings.formats import RecordingError
 
 # Rows of a tally, one for each rule: first events that break it, then words, lines and bytes that hold no event.

@@ -12,12 +12,12 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-from numba import njit
 
 from bicode_lab.camera import Recorder, Scene
 from bicode_lab.camera.pixel_steps import MOST_LANES, fast_exp, fast_log
 from bicode_lab.camera.recorder import CHUNK_US
 from bicode_lab.events import Events, words
+from bicode_lab.kernels import njit
 from bicode_lab.recognition.event_codes import AHEAD, ONE, EventCoder, prefetch
 from bicode_studies.bench.scaling import seconds_of
 

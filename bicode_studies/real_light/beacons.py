@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from bicode_lab.events import Events, slice_time
+from bicode_lab.kernels import njit
 from bicode_lab.recognition import edge_gates, led_state
 
 FRAME_CHIPS = 11  # start 0, 7 bits with the most significant first, even parity, two stop bits 1

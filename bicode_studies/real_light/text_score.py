@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from numba import njit
 
+from bicode_lab.kernels import njit
 from bicode_studies.statistics import wilson
 
 SONNET_18 = """\

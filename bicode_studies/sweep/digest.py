@@ -201,7 +201,8 @@ class _Tree:
             raise ValueError(f"{source} has no file, so the code of its {name!r} cannot be told; is it installed?")
         if path.name != "__init__.py":
             return source, name
-        tree = _parsed(path)
+        stub = path.with_suffix(".pyi")  # it lists the names that a package imports when they are first used
+        tree = _parsed(stub if stub.is_file() else path)
         for module, other, local in _imported(tree, source, is_package=True, for_types=True):
             if local == name and module.split(".")[0] in self._roots:
                 return self._home(module, other)
