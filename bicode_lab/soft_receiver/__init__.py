@@ -1,30 +1,30 @@
-"""Beyond the paper: a receiver that weighs evidence.   events -> sightings, events -> letters
+"""A receiver beyond the paper that takes soft decisions: it weighs all evidence instead of deciding bin by bin.
 
-line_code           what a light may say: Bicode's packet, UART letters
-clock, levels       the transmitter's chips, and what they look like, learned from the data
-walk                the likeliest walk through a line code's states
-repeats             packets laid over each other -> one ID
-faint_regions       where something too faint for a period's frames keeps a marker's clock
-receive             all of it, period after period
-letters, beacon     a text instead of an ID, and the public beacons' files
+- `line_code` says what a light may send: Bicode's packet, or UART characters; `nodes` adds a memory to its states.
+- `clock` and `levels` learn the transmitter's clock and the probabilities of the marks from the data.
+- `viterbi` finds the most likely path through the states.
+- `places` and `repeated_packets` read one packet from many repetitions of it.
+- `faint_regions` finds markers that are too faint for the regions of a single period.
+- `receiver` puts all this together, period after period.
+- `uart` reads a text instead of an ID.
 """
 
 from bicode_lab.soft_receiver.clock import find_chips, lead_marks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.line_code import BicodeLine, LineCode, UartLine
 from bicode_lab.soft_receiver.receiver import SoftReceiver, SoftSettings
-from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeated_packets
+from bicode_lab.soft_receiver.repeated_packets import Reading, doubt, read_repeated_packets
 from bicode_lab.soft_receiver.uart import UartCharacter, read_uart
 
 __all__ = [
     "BicodeLine",
-    "Limits",
     "LineCode",
     "Reading",
     "SoftReceiver",
     "SoftSettings",
     "UartCharacter",
     "UartLine",
+    "doubt",
     "find_chips",
     "find_faint_regions",
     "lead_marks",

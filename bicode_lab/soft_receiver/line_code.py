@@ -1,11 +1,11 @@
-"""What a light may say, chip by chip: one interface for Bicode's packet and for UART letters.
+"""What a light may send, chip by chip: one interface for Bicode's packet and for UART characters.
 
-A line code is a list of states, each with the LED's level and the states that may come
-before it. The receiver looks for the likeliest walk through them, and asks the code at the
-end what the chips of a frame mean. So a code that is not here yet is one class away.
+A line code is a list of states. Each has the level of the LED and the states that may come before it. The receiver
+looks for the most likely path through the states, and then asks the code what the chips of a frame mean. So another
+transmitter needs one more class here::
 
-    Bicode   start: off for 6 chips; each bit two unlike chips; repeats without a pause
-    UART     start 0, 7 bits MSB first, even parity, two stop bits 1; idle is 1, LED on
+    Bicode   start: off for 6 chips; each bit is two unlike chips; packets follow each other without a pause
+    UART     start 0, 7 bits with the most significant first, even parity, two stop bits 1; idle is 1, LED on
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -24,19 +23,19 @@ from bicode_lab.marker.packet import Bits, PacketFormat, decode_data_bits, encod
 
 UART_BITS = 7
 UART_CHIPS = 11  # start, 7 bits, parity, two stop bits
-TRIED_BITS = 12
+MAX_LISTED_BITS = 12  # payloads of more bits have too many frames to list them all
 
 
 @dataclass(frozen=True, eq=False)
 class Trellis:
-    """The states of a line code, one chip long each.
+    """The states of a line code; each lasts one chip.
 
     Parameters
     ----------
     level : ndarray of uint8, shape (n,)
-        LED off 0 or on 1.
+        Level of the LED in each state: 0 off, 1 on.
     before : ndarray of int32, shape (n, 2)
-        States that may come before each; -1 where there is none.
+        States that may come before each state; -1 where there is only one.
     place : ndarray of int32, shape (n,)
         Number of the chip in its frame; -1 between frames.
     """
@@ -50,7 +49,7 @@ class LineCode(Protocol):
     """What the soft receiver needs to know about a transmitter."""
 
     def __hash__(self) -> int:
-        """Settings are frozen, so that what is made from them can be kept."""
+        """Return a hash; line codes are frozen, so that what is built from them can be kept."""
 
     @property
     def chip_us(self) -> float:
@@ -58,34 +57,34 @@ class LineCode(Protocol):
 
     @property
     def frame_chips(self) -> int:
-        """Chips of one frame."""
+        """Number of chips in a frame."""
 
     @property
     def start_chips(self) -> tuple[int, ...]:
-        """Levels every frame begins with."""
+        """Levels that every frame begins with."""
 
     def trellis(self, checked: bool = False) -> Trellis:
-        """All that may be sent; where `checked`, only what passes the code's check, if the walk can know it."""
+        """Return the states; if `checked`, only frames that pass the check are allowed, where states can know it."""
 
     def encode(self, value: int) -> Bits:
-        """A value in, the levels of its frame out, shape (frame_chips,)."""
+        """Return the levels of the frame of a value, shape (frame_chips,)."""
 
     def decode(self, chips: npt.ArrayLike) -> tuple[int, bool]:
-        """The levels of a frame in, its value and whether its check holds out."""
+        """Return the value of a frame and whether its check holds, from its levels, shape (frame_chips,)."""
 
     def frames(self) -> Bits | None:
-        """All frames that pass the check, shape (n, frame_chips); None where they are too many to try."""
+        """Return all frames that pass the check, shape (n, frame_chips), or None if they are too many."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BicodeLine:
-    """The marker's packet (Fig. 5) as a line code.
+    """The packet of the marker (Fig. 5) as a line code.
 
     Parameters
     ----------
     packet_format : PacketFormat
     conventions : tuple of {"ieee", "thomas"}, optional
-        Those to try; None takes the format's. Of two, the one whose checksum holds is right.
+        Manchester conventions to try; None takes that of the format. The one whose checksum holds is right.
 
     Examples
     --------
@@ -99,21 +98,24 @@ class BicodeLine:
 
     @property
     def chip_us(self) -> float:
-        """Half a bit [us]."""
+        """Half the length of a bit [us]."""
         return self.packet_format.chip_us
 
     @property
     def frame_chips(self) -> int:
-        """Chips of start, payload and checksum."""
+        """Number of chips of start, payload and checksum."""
         return 2 * self.packet_format.packet_bits
 
     @property
     def start_chips(self) -> tuple[int, ...]:
-        """The LED is off."""
+        """Levels of the start: the LED is off."""
         return (0,) * (2 * self.packet_format.start_bits)
 
     def trellis(self, checked: bool = False) -> Trellis:
-        """A ring of `frame_chips` places; the second chip of a bit is unlike its first. The checksum stays outside."""
+        """Return a ring of `frame_chips` places in which the second chip of a bit is unlike its first.
+
+        The states do not know the checksum, so `checked` makes no difference.
+        """
         n_start, n = len(self.start_chips), self.frame_chips
         columns: list[list[tuple[int, int]]] = [[(k, 0)] for k in range(n_start)]
         columns += [[(k, 0), (k, 1)] for k in range(n_start, n)]
@@ -128,11 +130,11 @@ class BicodeLine:
         return _trellis([level for _, level in names], before, [k for k, _ in names])
 
     def encode(self, value: int) -> Bits:
-        """A payload in, the levels of its packet out."""
+        """Return the levels of the packet of a payload, shape (frame_chips,)."""
         return encode_packet(value, self.packet_format)
 
     def decode(self, chips: npt.ArrayLike) -> tuple[int, bool]:
-        """The levels of a packet in, its payload and whether the checksum holds out."""
+        """Return the payload of a packet and whether its checksum holds, from its levels, shape (frame_chips,)."""
         data = np.asarray(chips, np.uint8)[len(self.start_chips) :]
         readings = []
         for convention in self.conventions or (self.packet_format.manchester,):
@@ -142,9 +144,12 @@ class BicodeLine:
         return next((reading for reading in readings if reading[1]), readings[0])
 
     def frames(self) -> Bits | None:
-        """Every payload in every convention; None for payloads of more than `TRIED_BITS`."""
+        """Return the packet of every payload in every convention, shape (n, frame_chips).
+
+        Returns None for payloads of more than `MAX_LISTED_BITS` bits.
+        """
         f = self.packet_format
-        if f.payload_bits > TRIED_BITS:
+        if f.payload_bits > MAX_LISTED_BITS:
             return None
         formats = [replace(f, manchester=convention) for convention in self.conventions or (f.manchester,)]
         return np.array([encode_packet(value, one) for one in formats for value in range(2**f.payload_bits)], np.uint8)
@@ -152,12 +157,12 @@ class BicodeLine:
 
 @dataclass(frozen=True, kw_only=True)
 class UartLine:
-    """On-off keyed letters, as public LED beacons send them; the LED is on for a 1.
+    """On-off keyed UART characters, as public LED beacons send them; the LED is on for a 1.
 
     Parameters
     ----------
     rate_hz : float
-        Chips (baud) a second.
+        Chips per second (baud), above 0 and up to 200 000 [Hz].
 
     Examples
     --------
@@ -170,27 +175,28 @@ class UartLine:
 
     def __post_init__(self) -> None:
         if not 0 < self.rate_hz <= 200_000:
-            raise ValueError(f"rate_hz={self.rate_hz} is not in 0 .. 200000 Hz")
+            raise ValueError(f"rate_hz={self.rate_hz} is not above 0 and up to 200000 Hz; choose the baud rate")
 
     @property
     def chip_us(self) -> float:
-        """One bit [us]."""
+        """Length of a bit [us]."""
         return 1e6 / self.rate_hz
 
     @property
     def frame_chips(self) -> int:
-        """Start, letter, parity and stop."""
+        """Number of chips of start, character, parity and stop."""
         return UART_CHIPS
 
     @property
     def start_chips(self) -> tuple[int, ...]:
-        """One chip off, behind stop bits or idle, which are on."""
+        """Level of the start: one chip off; the stop bits or the idle line before it are on."""
         return (0,)
 
     def trellis(self, checked: bool = False) -> Trellis:
-        """Idle, then eleven places; behind the second stop bit, idle or the next start.
+        """Return an idle state and the eleven places of a frame.
 
-        Where it is checked, a state also knows the parity of the bits so far, and an odd frame cannot be.
+        After the second stop bit comes the idle state or the next start.
+        If `checked`, a state also knows the parity of the bits before it, and a frame of odd parity is not allowed.
         """
         names: list[tuple[int, int, int]] = [(-1, 1, 0), (0, 0, 0)]
         ahead: list[list[tuple[int, int, int]]] = [[], []]
@@ -212,85 +218,31 @@ class UartLine:
         return _trellis([level for _, level, _ in names], before, [k for k, _, _ in names])
 
     def encode(self, value: int) -> Bits:
-        """A letter's code in, 0 .. 127, the levels of its frame out."""
+        """Return the levels of the frame of a character, shape (11,).
+
+        Raises
+        ------
+        ValueError
+            If `value` is not in 0 .. 127.
+        """
         if not 0 <= value < 2**UART_BITS:
-            raise ValueError(f"value={value} is no letter of {UART_BITS} bits; choose 0 .. {2**UART_BITS - 1}")
+            raise ValueError(f"value={value} is no character of {UART_BITS} bits; choose 0 .. {2**UART_BITS - 1}")
         bits = [value >> shift & 1 for shift in range(UART_BITS - 1, -1, -1)]
         return np.array([0, *bits, sum(bits) % 2, 1, 1], np.uint8)
 
     def decode(self, chips: npt.ArrayLike) -> tuple[int, bool]:
-        """The levels of a frame in, the letter's code and whether the parity is even out."""
+        """Return the code of a character, 0 .. 127, and whether the parity is even, from its levels, shape (11,)."""
         levels = [int(level) for level in np.asarray(chips, np.uint8)]
         bits = levels[1 : UART_BITS + 1]
         value = int("".join(map(str, bits)), 2)
         return value, (sum(bits) + levels[UART_BITS + 1]) % 2 == 0
 
     def frames(self) -> Bits | None:
-        """Every letter."""
+        """Return the frame of every character, shape (128, 11)."""
         return np.array([self.encode(value) for value in range(2**UART_BITS)], np.uint8)
 
 
-@dataclass(frozen=True, eq=False)
-class Nodes:
-    """A trellis with memory: a state and the levels of the chips before it.
-
-    What a sensor shows in a chip depends on the edges that went before, so its likelihood
-    is known per `context`: the levels of the last `memory` chips, the newest in bit 0.
-
-    Parameters
-    ----------
-    context : ndarray of int32, shape (n,)
-    before : ndarray of int32, shape (n, 4)
-        Nodes that may come before each; -1 where there is none.
-    place : ndarray of int32, shape (n,)
-        See `Trellis`.
-    """
-
-    context: npt.NDArray[np.int32]
-    before: npt.NDArray[np.int32]
-    place: npt.NDArray[np.int32]
-
-
-@cache
-def nodes_of(line: LineCode, memory: int, checked: bool = False) -> Nodes:
-    """A line code and a number of chips in, its states with so much memory out."""
-    trellis = line.trellis(checked)
-    n, size = trellis.level.size, 1 << memory
-    reached: set[tuple[int, int]] = set()
-    ahead: dict[tuple[int, int], set[tuple[int, int]]] = {}
-    frontier = [(s, context) for s in range(n) for context in range(size) if context & 1 == trellis.level[s]]
-    followers: list[list[int]] = [[t for t in range(n) if s in trellis.before[t]] for s in range(n)]
-    for _ in range(memory):  # a context that no walk has made is dropped
-        reached, ahead = set(), {}
-        for state, context in frontier:
-            for follower in followers[state]:
-                node = (follower, (context << 1 | int(trellis.level[follower])) & (size - 1))
-                reached.add(node)
-                ahead.setdefault(node, set()).add((state, context))
-        frontier = sorted(reached)
-    number = {node: i for i, node in enumerate(frontier)}
-    before = np.full((len(frontier), 4), -1, np.int32)
-    for node, i in number.items():
-        known = sorted(number[other] for other in ahead[node] if other in number)
-        before[i, : len(known)] = known
-    contexts = np.array([c for _, c in frontier], np.int32)
-    return Nodes(contexts, before, trellis.place[[s for s, _ in frontier]])
-
-
-@cache
-def contexts_of(line: LineCode, memory: int) -> npt.NDArray[np.int32] | None:
-    """A line code that repeats its frame, in; the contexts of each frame that passes the check out.
-
-    Shape (n, frame_chips), from chip number memory - 1 on, as a walk from there has them; None as `LineCode.frames`.
-    """
-    frames = line.frames()
-    if frames is None:
-        return None
-    levels = frames.astype(np.int32)
-    return sum((np.roll(levels, back + 1 - memory, axis=1) << back for back in range(memory)), np.zeros_like(levels))
-
-
 def _trellis(level: Sequence[int], before: Sequence[Sequence[int]], place: Sequence[int]) -> Trellis:
-    """Lists in, the trellis out."""
+    """Make a trellis from lists of the states' levels, of the states before each, and of their places."""
     padded = [[*ahead, -1][:2] for ahead in before]
     return Trellis(np.array(level, np.uint8), np.array(padded, np.int32), np.array(place, np.int32))

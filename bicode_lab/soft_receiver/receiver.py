@@ -31,7 +31,7 @@ from bicode_lab.soft_receiver.clock import lead_marks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.levels import PHASES
 from bicode_lab.soft_receiver.line_code import BicodeLine
-from bicode_lab.soft_receiver.repeated_packets import Limits, Reading, read_repeated_packets
+from bicode_lab.soft_receiver.repeated_packets import Reading, doubt, read_repeated_packets
 
 GATE = 0.1  # fraction of the lead of a usual edge below which a bin gives no mark
 SEARCH_PERIODS = 4  # from one search for faint regions to the next
@@ -43,47 +43,47 @@ Evidence = deque[tuple[int, Counts, Counts]]
 
 @dataclass(frozen=True, kw_only=True)
 class SoftSettings:
-    """One soft receiver.
+    """Settings of one soft receiver.
 
     Parameters
     ----------
     receiver : ReceiverSettings
-        Packet, sensor, period, regions and tracks, shared with the paper's receiver; 2D markers are not looked for.
+        Packet, sensor, period, regions and tracks, as for the paper's receiver; 2D markers are not searched for.
     evidence_periods : int
-        Periods whose marks are laid over each other for an ID.
+        Number of periods whose marks are laid over each other for an ID, 1 or more.
     region_periods : int
-        Periods whose events are searched for faint regions; 0 takes the paper's regions only.
-    limits : Limits
-        What is asked of a reading.
+        Number of periods whose events are searched for faint regions; 0 uses the paper's regions only.
     read_every : int
-        Read every n-th period only (n - 1, 2 n - 1, ... counted from the first); there is no sighting of the others.
-        Most of the evidence is the same from one period to the next, and reading it takes most of the time.
+        Read only every n-th period: numbers n - 1, 2 n - 1, ...; the others give no sightings. Most of the evidence is
+        the same from one period to the next, and reading it takes most of the time.
     read_from : int
-        Number of the first period that is read; 0 is the recording's first.
+        Number of the first period that is read; 0 is the first period of the recording.
     search_every : int
-        Make every n-th of the searches for faint regions only; in between, the regions found last stay.
+        Make only every n-th search for faint regions; in between, the regions that were found last stay.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range, or if a chip is too short for the bins of the soft receiver.
     """
 
     receiver: ReceiverSettings = field(default_factory=ReceiverSettings)
     evidence_periods: int = 30
     region_periods: int = 30
-    limits: Limits = field(default_factory=Limits)
     read_every: int = 1
     read_from: int = 0
     search_every: int = 1
 
     def __post_init__(self) -> None:
-        if self.evidence_periods < 1:
-            raise ValueError(f"evidence_periods={self.evidence_periods} holds nothing to read; choose 1 or more")
-        if self.region_periods < 0:
-            raise ValueError(f"region_periods={self.region_periods} is negative; choose 0 or more")
-        for name, least in (("read_every", 1), ("read_from", 0), ("search_every", 1)):
+        for name, least in (
+            ("evidence_periods", 1), ("region_periods", 0), ("read_every", 1), ("read_from", 0), ("search_every", 1),
+        ):  # fmt: skip
             if getattr(self, name) < least:
                 raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")
         if self.receiver.packet_format.chip_us < PHASES:
             raise ValueError(
-                f"f_id_hz={self.receiver.packet_format.f_id_hz:g} makes chips shorter than {PHASES} us, "
-                "the soft receiver's bins a chip; choose a lower rate"
+                f"f_id_hz={self.receiver.packet_format.f_id_hz:g} makes a chip shorter than {PHASES} us, so that the "
+                f"{PHASES} bins of a chip are shorter than 1 us; choose a lower bit rate"
             )
 
     @property
@@ -203,12 +203,12 @@ class SoftReceiver:
         """Read the evidence of one track and make its sighting."""
         first, marks = self._marks(period, evidence)
         reading = read_repeated_packets(marks, self._grid.bin_us, self._line)
-        doubt = self.settings.limits.doubt(reading)
-        packets = () if doubt else self._packets(reading, self._grid.bin_start_us(first), period)
+        reason = doubt(reading)
+        packets = () if reason else self._packets(reading, self._grid.bin_start_us(first), period)
         return Sighting(
             t_us=self._grid.start_us(period), track=track, x=box.x, y=box.y, w=box.w, h=box.h,
-            id=None if doubt else reading.value,
-            reason=doubt, n_packets=len(packets), packets=packets,
+            id=None if reason else reading.value,
+            reason=reason, n_packets=len(packets), packets=packets,
         )  # fmt: skip
 
     def _packets(self, reading: Reading, first_us: int, period: int) -> tuple[Packet, ...]:

@@ -1,13 +1,14 @@
-"""A stream that never repeats, as a beacon's text: letter after letter.   events -> letters
+"""Read a text of UART characters, such as a public LED beacon sends, from the events of one light.
 
-The walk goes over all chips of the recording at once, under levels learned from it; the code's
-check takes part, since a letter of odd parity was never sent. What the light said
-without that help is kept beside it: `parity_ok` is the parity of the walk that does not know it.
-A recording may begin and end inside a frame: the first and the last letter are given out
-only where their parity was right without help.
+The most likely path is found over all chips of the recording at once, with levels that are learned from it. The parity
+takes part, because a character of odd parity is never sent. What the light says without this help is kept beside it:
+`parity_ok` is the parity on the path that does not know the check.
 
-Which levels explain the most chooses where in a chip the edges lie. This is tried on the
-recording's first `TRIAL_CHIPS`.
+A recording may begin and end within a frame, so the first and the last character are returned only if their parity is
+right without the help of the check.
+
+Where in a chip the edges lie is decided by the levels that explain the most. This is tried on the first `TRIAL_CHIPS`
+chips of the recording.
 """
 
 from __future__ import annotations
@@ -19,29 +20,30 @@ import numpy.typing as npt
 
 from bicode_lab.events import Events
 from bicode_lab.soft_receiver.clock import Marks, find_chips, lead_marks
-from bicode_lab.soft_receiver.levels import PHASES, Floats, Tally, learn_levels, scores_of, tally
-from bicode_lab.soft_receiver.line_code import LineCode, nodes_of
-from bicode_lab.soft_receiver.viterbi import best_walk
+from bicode_lab.soft_receiver.levels import PHASES, Floats, MarkCounts, count_marks, learn_levels, log_likelihoods
+from bicode_lab.soft_receiver.line_code import LineCode
+from bicode_lab.soft_receiver.nodes import build_nodes
+from bicode_lab.soft_receiver.viterbi import best_path, path_score
 
 MEMORY = 3
 ROUNDS = 4
 TRIAL_CHIPS = 4000
-LEAST_SHARE = 0.1  # of a usual frame's ON and of its OFF marks
-TRIAL_PHASES = 2  # bins from one place of the edges tried to the next
+MIN_FRACTION = 0.1  # of the ON marks, and of the OFF marks, of a usual frame
+TRIAL_STEP_BINS = 2  # from one place of the edges that is tried to the next
 
 
 @dataclass(frozen=True)
 class UartCharacter:
-    """One frame of text.
+    """One frame of a text.
 
     Parameters
     ----------
     t_us : int
-        Start of its start chip [us], the recording's own clock.
+        Start of its start chip, in the time of the recording [us].
     letter : str
         One character, code 0 .. 127.
     parity_ok : bool
-        Whether the parity held before it was used.
+        Whether the parity holds on the path that does not know the check.
     """
 
     t_us: int
@@ -50,14 +52,19 @@ class UartCharacter:
 
 
 def read_uart(events: Events, line: LineCode) -> list[UartCharacter]:
-    """The events of one light and its line code in, every letter in the order of time out.
+    """Read the characters that a light sends.
 
     Parameters
     ----------
     events : ndarray of EVENT_DTYPE, shape (n,)
-        Of one region; x and y are not looked at.
+        Events of one region; x and y are not used.
     line : LineCode
-        One whose frames are letters, as `UartLine`.
+        A code whose frames are characters, such as `UartLine`.
+
+    Returns
+    -------
+    list of UartCharacter
+        In the order of time.
 
     Examples
     --------
@@ -74,27 +81,27 @@ def read_uart(events: Events, line: LineCode) -> list[UartCharacter]:
     chips, _, _ = find_chips(marks, bin_us, line.chip_us)
     shift = _find_shift(marks, chips, line)
     first = -line.frame_chips
-    counts = tally(marks, chips - shift, first, int(chips[-1]) + 2 - first)
-    checked = nodes_of(line, MEMORY, True)
-    shares = learn_levels(counts, line, MEMORY, ROUNDS, checked=True)
-    scores = scores_of(counts, shares)
-    walk, _ = best_walk(scores, checked)
-    free = nodes_of(line, MEMORY)
-    free_walk, _ = best_walk(scores, free)
-    levels, free_levels = checked.context[walk] & 1, free.context[free_walk] & 1
-    letters = []
-    for k in _whole_frames(counts, np.flatnonzero(checked.place[walk] == 0), line.frame_chips):
+    counts = count_marks(marks, chips - shift, first, int(chips[-1]) + 2 - first)
+    checked = build_nodes(line, MEMORY, True)
+    levels = learn_levels(counts, line, MEMORY, ROUNDS, checked=True)
+    scores = log_likelihoods(counts, levels)
+    path, _ = best_path(scores, checked)
+    free = build_nodes(line, MEMORY)
+    free_path, _ = best_path(scores, free)
+    sent, free_sent = checked.context[path] & 1, free.context[free_path] & 1
+    characters = []
+    for k in _whole_frames(counts, np.flatnonzero(checked.place[path] == 0), line.frame_chips):
         frame = slice(k, k + line.frame_chips)
-        value, _ = line.decode(levels[frame])
-        _, parity_ok = line.decode(free_levels[frame])
+        value, _ = line.decode(sent[frame])
+        _, parity_ok = line.decode(free_sent[frame])
         t_us = t0_us + float(np.interp(first + k + shift, chips, (np.arange(chips.size) + 0.5) * bin_us))
-        letters.append(UartCharacter(round(t_us), chr(value), parity_ok))
-    last = len(letters) - 1
-    return [letter for i, letter in enumerate(letters) if 0 < i < last or letter.parity_ok]
+        characters.append(UartCharacter(round(t_us), chr(value), parity_ok))
+    last = len(characters) - 1
+    return [character for i, character in enumerate(characters) if 0 < i < last or character.parity_ok]
 
 
 def _marks(events: Events, bin_us: float) -> Marks:
-    """Events in, what each bin of `bin_us` from the first event on says out."""
+    """Return the mark of each bin of `bin_us` [us], from the first event on."""
     t = events["t"] - events["t"][0]
     number = (t / bin_us).astype(np.int64)
     n = int(number[-1]) + 1
@@ -103,33 +110,32 @@ def _marks(events: Events, bin_us: float) -> Marks:
 
 
 def _find_shift(marks: Marks, chips: Floats, line: LineCode) -> float:
-    """Marks and chip numbers in; how far behind the whole numbers the edges lie [chips] out."""
+    """Find how far after the whole chip numbers the edges lie [chips]."""
     n = min(TRIAL_CHIPS, int(chips[-1]) + 1)
-    nodes = nodes_of(line, MEMORY, True)
+    nodes = build_nodes(line, MEMORY, True)
     best, found = -np.inf, 0.0
-    for phase in range(0, PHASES, TRIAL_PHASES):
-        counts = tally(marks, chips - phase / PHASES, 0, n)
-        shares = learn_levels(counts, line, MEMORY, ROUNDS, checked=True)
-        scores = scores_of(counts, shares)
-        walk, _ = best_walk(scores, nodes)
-        total = float(scores[np.arange(n), nodes.context[walk]].sum())
+    for phase in range(0, PHASES, TRIAL_STEP_BINS):
+        counts = count_marks(marks, chips - phase / PHASES, 0, n)
+        levels = learn_levels(counts, line, MEMORY, ROUNDS, checked=True)
+        scores = log_likelihoods(counts, levels)
+        path, _ = best_path(scores, nodes)
+        total = path_score(scores, nodes.context[path])
         if total > best:
             best, found = total, phase / PHASES
     return found
 
 
-def _whole_frames(counts: Tally, begins: npt.NDArray[np.int64], length: int) -> npt.NDArray[np.int64]:
-    """First chips of frames in, those that hold both a fall and a rise out.
+def _whole_frames(counts: MarkCounts, begins: npt.NDArray[np.int64], length: int) -> npt.NDArray[np.int64]:
+    """Keep the frames, given by their first chips, that hold both a fall and a rise.
 
-    Every frame has one of each: its start, and its stop at the latest. Where the light stops for good,
-    marks of one side are missing, or all but some noise.
+    Every frame has one of each: its start, and its stop at the latest. Where the light stops for good, the marks of one
+    polarity are missing, or all marks but some noise.
     """
     begins = begins[begins + length <= counts.shape[0]]
     if not begins.size:
         return begins
     total = np.concatenate([np.zeros((1, 2)), counts[..., 1:].sum(axis=1).cumsum(axis=0)])
     said = total[begins + length] - total[begins]
-    whole: npt.NDArray[np.int64] = begins[
-        (said >= LEAST_SHARE * np.median(said, axis=0)).all(axis=1) & (said > 0).all(axis=1)
-    ]
+    enough = (said >= MIN_FRACTION * np.median(said, axis=0)).all(axis=1) & (said > 0).all(axis=1)
+    whole: npt.NDArray[np.int64] = begins[enough]
     return whole

@@ -1,61 +1,85 @@
-"""The likeliest walk through a line code's states (Viterbi), and how sure each of its chips is.
+"""The most likely path through the states of a line code (Viterbi algorithm), and how sure each of its chips is.
 
-A node's score is the log-likelihood of what was seen in a chip under the node's context;
-the best walk has the largest sum. A chip's margin is how much the best walk loses when
-that chip is forced to the other level: the sum of the walk's best halves on either side.
+Each node has a score in each chip: the log-likelihood of the marks of that chip under the context of the node. The
+best path has the largest sum of scores. The margin of a chip is the difference between the best path and the best of
+those that have the other LED level in that chip.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
-from bicode_lab.soft_receiver.line_code import Nodes
+from bicode_lab.kernels import njit
+from bicode_lab.soft_receiver.nodes import Nodes
 
 Floats = npt.NDArray[np.float64]
 IMPOSSIBLE = -1e300
 
 
-def best_walk(scores: Floats, nodes: Nodes, first_place: int | None = None) -> tuple[npt.NDArray[np.int32], Floats]:
-    """Log-likelihoods of each chip under each context in, shape (n, contexts); the best walk and margins out.
+def best_path(scores: Floats, nodes: Nodes, first_place: int | None = None) -> tuple[npt.NDArray[np.int32], Floats]:
+    """Find the most likely path and the margin of each of its chips.
 
     Parameters
     ----------
     scores : ndarray, shape (n, contexts)
+        Log-likelihood of each chip under each context.
     nodes : Nodes
+        The nodes of the line code, see `nodes.build_nodes`.
     first_place : int, optional
-        Place in the frame of the first chip; None leaves it open.
+        Place in the frame of the first chip; None allows every place.
 
     Returns
     -------
-    walk : ndarray of int32, shape (n,)
+    path : ndarray of int32, shape (n,)
         Node of each chip.
     margins : ndarray, shape (n,)
-        Loss of forcing the chip to the other level; inf where the code allows no other.
+        Log-likelihood that is lost if the chip has the other level, 0 or more; inf if the code allows no other level.
     """
-    ahead = np.full(nodes.context.size, 0.0)
+    initial = np.full(nodes.context.size, 0.0)
     if first_place is not None:
-        ahead[nodes.place != first_place] = IMPOSSIBLE
-    forward = _forward(scores, nodes.context, nodes.before, ahead)
+        initial[nodes.place != first_place] = IMPOSSIBLE
+    forward = _forward(scores, nodes.context, nodes.before, initial)
     backward = _backward(scores, nodes.context, nodes.before)
-    walk = _trace(forward, nodes.before)
+    path = _trace(forward, nodes.before)
     both = forward + backward
     level = nodes.context & 1
     best_off = both[:, level == 0].max(axis=1, initial=IMPOSSIBLE)
     best_on = both[:, level == 1].max(axis=1, initial=IMPOSSIBLE)
     margins = np.abs(best_on - best_off)
     margins[margins > -IMPOSSIBLE / 2] = np.inf
-    return walk, margins
+    return path, margins
+
+
+def path_score(scores: Floats, context: npt.NDArray[np.int32]) -> float:
+    """Return the sum of the scores along a path.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (n, contexts)
+        Log-likelihood of each chip under each context.
+    context : ndarray of int32, shape (n,)
+        Context of each chip on the path.
+
+    Returns
+    -------
+    float
+
+    Examples
+    --------
+    >>> path_score(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([1, 0], np.int32))
+    5.0
+    """
+    return float(scores[np.arange(context.size), context].sum())
 
 
 @njit(cache=True)
-def _forward(scores, context, before, ahead):  # type: ignore[no-untyped-def]
-    """Best sum of a walk that ends in each node at each chip."""
+def _forward(scores, context, before, initial):  # type: ignore[no-untyped-def]
+    """Return the best sum of a path that ends in each node at each chip."""
     n, n_nodes = scores.shape[0], context.size
     sums = np.empty((n, n_nodes))
     for j in range(n_nodes):
-        sums[0, j] = ahead[j] + scores[0, context[j]]
+        sums[0, j] = initial[j] + scores[0, context[j]]
     for k in range(1, n):
         for j in range(n_nodes):
             best = IMPOSSIBLE
@@ -70,7 +94,7 @@ def _forward(scores, context, before, ahead):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _backward(scores, context, before):  # type: ignore[no-untyped-def]
-    """Best sum of what comes behind each node at each chip."""
+    """Return the best sum of what can follow each node at each chip."""
     n, n_nodes = scores.shape[0], context.size
     sums = np.zeros((n, n_nodes))
     for k in range(n - 2, -1, -1):
@@ -88,17 +112,17 @@ def _backward(scores, context, before):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _trace(sums, before):  # type: ignore[no-untyped-def]
-    """Sums of the best walks in, the best of all walks out."""
+    """Follow the best path back from its last node."""
     n = sums.shape[0]
-    walk = np.empty(n, np.int32)
-    walk[n - 1] = np.argmax(sums[n - 1])
+    path = np.empty(n, np.int32)
+    path[n - 1] = np.argmax(sums[n - 1])
     for k in range(n - 1, 0, -1):
-        best, who = -np.inf, 0
+        best, node = -np.inf, 0
         for m in range(4):
-            i = before[walk[k], m]
+            i = before[path[k], m]
             if i < 0:
                 break
             if sums[k - 1, i] > best:
-                best, who = sums[k - 1, i], i
-        walk[k - 1] = who
-    return walk
+                best, node = sums[k - 1, i], i
+        path[k - 1] = node
+    return path

@@ -7,7 +7,7 @@ import pytest
 
 from bicode_lab.marker import PacketFormat
 from bicode_lab.soft_receiver.clock import find_chips, lead_marks
-from bicode_lab.soft_receiver.levels import PHASES, guess_levels, learn_levels, tally
+from bicode_lab.soft_receiver.levels import PHASES, count_marks, guess_levels, learn_levels
 from bicode_lab.soft_receiver.line_code import BicodeLine, UartLine
 
 from .light import light_events
@@ -45,20 +45,20 @@ def test_without_a_light_there_is_no_power() -> None:
     assert find_chips(np.zeros(100, np.int8), BIN_US, 500.0)[1:] == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("period", [None, 28])
-def test_tally_is_the_plain_count(period: int | None) -> None:
+@pytest.mark.parametrize("fold_chips", [None, 28])
+def test_counting_marks_is_the_plain_count(fold_chips: int | None) -> None:
     rng = np.random.default_rng(1)
     marks = rng.integers(-1, 2, 3000).astype(np.int8)
     chips = np.sort(rng.uniform(-5, 70, 3000))
-    n = 28 if period else 60
+    n = 28 if fold_chips else 60
     expected = np.zeros((n, PHASES, 3))
     for mark, chip in zip(marks, chips, strict=True):
         k, phase = divmod(int(np.floor((chip - 2) * PHASES)), PHASES)
-        if period:
-            k %= period
+        if fold_chips:
+            k %= fold_chips
         if 0 <= k < n:
             expected[k, phase, {0: 0, 1: 1, -1: 2}[int(mark)]] += 1
-    assert (tally(marks, chips, 2, n, period=period) == expected).all()
+    assert (count_marks(marks, chips, 2, n, fold_chips=fold_chips) == expected).all()
 
 
 def test_levels_learn_what_on_and_off_look_like() -> None:
@@ -68,7 +68,7 @@ def test_levels_learn_what_on_and_off_look_like() -> None:
     chips = np.concatenate([line.encode(int(v)) for v in rng.integers(32, 127, 300)])
     events = light_events(chips, 500.0, rng, before=1, on_delay=0.3, off_delay=0.8, on_per_edge=2, off_per_edge=1)
     numbers = (np.arange(marks_of(events).size) + 0.5) * BIN_US / 500
-    counts = tally(marks_of(events), numbers, 0, chips.size)
+    counts = count_marks(marks_of(events), numbers, 0, chips.size)
     shares = learn_levels(counts, line, 3, 4)
     phases = np.arange(PHASES)
     rise, fall, after_fall = shares[0b001, :, 1], shares[0b110, :, 2], shares[0b100, :, 2]

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from bicode_lab.marker import PacketFormat
-from bicode_lab.soft_receiver.line_code import BicodeLine, LineCode, Trellis, UartLine, nodes_of
-from bicode_lab.soft_receiver.viterbi import best_walk
+from bicode_lab.soft_receiver.line_code import BicodeLine, LineCode, Trellis, UartLine
+from bicode_lab.soft_receiver.nodes import build_nodes
+from bicode_lab.soft_receiver.viterbi import best_path
 
 FORMATS = [
     PacketFormat(),
@@ -66,13 +67,13 @@ def test_either_convention_is_read_and_the_checksum_tells_which() -> None:
 
 
 @pytest.mark.parametrize("line", CODES, ids=str)
-def test_best_walk_is_the_best_of_all(line: LineCode) -> None:
+def test_best_path_is_the_best_of_all(line: LineCode) -> None:
     """Against every sequence of levels that the trellis allows, with random scores."""
     rng = np.random.default_rng(0)
     n, memory = 9, 3
     scores = rng.normal(size=(n, 1 << memory))
-    nodes = nodes_of(line, memory)
-    walk, margins = best_walk(scores, nodes)
+    nodes = build_nodes(line, memory)
+    walk, margins = best_path(scores, nodes)
     sums: dict[tuple[int, ...], float] = {}
     for start in range(nodes.context.size):
         walks = [([start], scores[0, nodes.context[start]])]

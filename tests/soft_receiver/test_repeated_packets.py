@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 
 from bicode_lab.marker import PacketFormat
-from bicode_lab.soft_receiver import repeated_packets as repeats
-from bicode_lab.soft_receiver.levels import PHASES, guess_levels, scores_of
-from bicode_lab.soft_receiver.line_code import BicodeLine, nodes_of
-from bicode_lab.soft_receiver.repeated_packets import MEMORY, Limits, Reading, read_repeated_packets
-from bicode_lab.soft_receiver.viterbi import best_walk
+from bicode_lab.soft_receiver.levels import PHASES, guess_levels, log_likelihoods
+from bicode_lab.soft_receiver.line_code import BicodeLine
+from bicode_lab.soft_receiver.nodes import build_nodes
+from bicode_lab.soft_receiver.places import MEMORY, roll_to_place, score_places
+from bicode_lab.soft_receiver.repeated_packets import Reading, doubt, read_repeated_packets
+from bicode_lab.soft_receiver.viterbi import best_path
 
 from .light import light_events
 from .test_clock import BIN_US, marks_of
 
 LINE = BicodeLine(packet_format=PacketFormat())
-LIMITS = Limits()
 
 
 def believed(reading: Reading) -> int | None:
     """The ID, or None where it is doubted."""
-    return None if LIMITS.doubt(reading) else reading.value
+    return None if doubt(reading) else reading.value
 
 
 @pytest.mark.parametrize("n_packets", [2.36, 71])
@@ -83,24 +83,24 @@ def test_a_wrong_checksum_is_the_last_word() -> None:
     events = light_events(np.tile(chips, 20), 500.0, np.random.default_rng(3))
     reading = read_repeated_packets(marks_of(events), BIN_US, LINE)
     assert not reading.check
-    assert LIMITS.doubt(reading) == "checksum"
+    assert doubt(reading) == "checksum"
 
 
 def test_nothing_says_nothing() -> None:
-    assert LIMITS.doubt(read_repeated_packets(np.zeros(1000, np.int8), BIN_US, LINE)) == "no_events"
+    assert doubt(read_repeated_packets(np.zeros(1000, np.int8), BIN_US, LINE)) == "no_events"
     one = np.zeros(1000, np.int8)
     one[500] = 1
     assert believed(read_repeated_packets(one, BIN_US, LINE)) is None
 
 
-def test_every_place_is_scored_as_the_best_walk_from_there() -> None:
-    """The kernel over all places against `best_walk`, place by place."""
+def test_every_place_is_scored_as_the_best_path_from_there() -> None:
+    """The kernel over all places against `best_path`, place by place."""
     rng = np.random.default_rng(4)
-    fine = rng.integers(0, 3, (28, PHASES, 3)).astype(float)
-    nodes = nodes_of(LINE, MEMORY)
-    shares = guess_levels(fine, MEMORY)
-    places = repeats._score_places(fine, shares, nodes)
+    counts = rng.integers(0, 3, (28, PHASES, 3)).astype(float)
+    nodes = build_nodes(LINE, MEMORY)
+    levels = guess_levels(counts, MEMORY)
+    places = score_places(counts, levels, nodes)
     for place in range(0, places.size, 37):
-        scores = scores_of(repeats._turned(fine, place), shares)
-        walk, _ = best_walk(scores, nodes, MEMORY - 1)
-        assert places[place] == pytest.approx(scores[np.arange(28), nodes.context[walk]].sum())
+        scores = log_likelihoods(roll_to_place(counts, place), levels)
+        path, _ = best_path(scores, nodes, MEMORY - 1)
+        assert places[place] == pytest.approx(scores[np.arange(28), nodes.context[path]].sum())
