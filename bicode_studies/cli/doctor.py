@@ -49,7 +49,7 @@ def all_checks() -> Iterator[Check]:
     yield "cv2.aruco", check_aruco, "uninstall other opencv packages, they share a folder; then " + INSTALL
     yield "numba", check_numba, INSTALL
     yield "fonts", check_fonts, INSTALL
-    yield "folders", check_folders, "set NUMBA_CACHE_DIR and MPLCONFIGDIR to folders that can be written"
+    yield "folders", check_folders, "set NUMBA_CACHE_DIR and MPLCONFIGDIR to folders that can be written to"
     yield "machine", check_machine, "close other programs, or run with --jobs 1"
     yield "kernel", check_kernel, INSTALL
 
@@ -148,13 +148,15 @@ def check_folders() -> str:
     """Check that the folders of temporary files and caches can be written to."""
     import matplotlib as mpl
 
-    package = Path(__file__).resolve().parents[2] / "bicode_lab"
-    folders = [Path(tempfile.gettempdir()), Path(mpl.get_cachedir())]
-    folders.append(Path(os.environ.get("NUMBA_CACHE_DIR", package)))
-    for folder in folders:
+    from bicode_lab.kernels import cache_folder
+
+    for folder in (Path(tempfile.gettempdir()), Path(mpl.get_cachedir())):
         if not os.access(folder, os.W_OK):
-            raise RuntimeError(f"{folder} cannot be written")
-    return "caches can be written"
+            raise RuntimeError(f"{folder} cannot be written to")
+    kernels = cache_folder()
+    if kernels is None:
+        raise RuntimeError("compiled kernels cannot be cached, so every start is slow")
+    return f"can be written to; kernels are cached in {kernels}"
 
 
 def check_machine() -> str:

@@ -28,7 +28,7 @@ def test_focal_length_and_size_scale_the_distance(capsys: pytest.CaptureFixture[
     assert len(plain) == 2
     assert plain[:, 2] == pytest.approx(1.0, rel=0.05)
     assert positions_m(capsys, "--focal-px", str(2 * 1646.09))[:, 2] == pytest.approx(2 * plain[:, 2], rel=0.01)
-    assert positions_m(capsys, "--size-m", "0.15") == pytest.approx(3 * plain, rel=0.01)
+    assert positions_m(capsys, "--size-m", "0.15") == pytest.approx(3 * plain, rel=0.01, abs=1e-6)
 
 
 def test_help_lists_one_reason_per_line(capsys: pytest.CaptureFixture[str]) -> None:

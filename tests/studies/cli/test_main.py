@@ -8,7 +8,7 @@ import click
 import pytest
 
 from bicode_studies.cli import main as cli
-from bicode_studies.cli.doctor import check_package, read_pins, requirements
+from bicode_studies.cli.doctor import check_folders, check_package, read_pins, requirements
 from bicode_studies.notebook.runner import NotebookError
 
 
@@ -160,6 +160,14 @@ def test_doctor_tells_the_way_out(call, monkeypatch):
     assert "FAIL  no-such-package: is not installed; run: make" in out
     assert "FAIL  numba: division by zero; run: make" in out
     assert out.endswith("2 to mend\n")
+
+
+def test_doctor_names_the_cache_of_kernels_or_says_that_there_is_none(monkeypatch, tmp_path):
+    monkeypatch.setattr("bicode_lab.kernels.cache_folder", lambda: tmp_path)
+    assert str(tmp_path) in check_folders()
+    monkeypatch.setattr("bicode_lab.kernels.cache_folder", lambda: None)
+    with pytest.raises(RuntimeError, match="kernels cannot be cached"):
+        check_folders()
 
 
 def test_doctor_knows_versions_and_pins():
