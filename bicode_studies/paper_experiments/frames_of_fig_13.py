@@ -1,12 +1,12 @@
-"""Fig. 13: what the receiver's frames look like.   panel, seed -> frame, marker's region, condition
+"""The frames of Fig. 13: one frame for each panel and seed, and how much of the marker's neighbourhood is lit.
 
     a .. g   frames of delta_t_2D at 2.5 m: current (a, b, c), angle (b, d, e), size (f, b, g)
-    h, i     frames of delta_t_blinker while the camera pans, before a wall
+    h, i     frames of delta_t_blinker while the camera pans before a wall
     j, k     frames of delta_t_blinker while the marker spins, near and far
 
-A pixel of a frame has the sign of its last event, as the authors' software draws it; that it is not 0 is what the
-"any" rule says, too. The short frames lie within a payload, where the LED blinks (the paper does not say where). A
-packet's time goes by before a frame begins, since the camera starts with pixels at rest.
+A pixel of a frame has the polarity of its last event, as in the authors' software; it is 0 where there is no event.
+The short frames lie within a payload, where the LED blinks (the paper does not say where). Before a frame begins, one
+packet has passed, because the simulated camera starts with pixels adapted to the scene.
 """
 
 from __future__ import annotations
@@ -20,23 +20,25 @@ import pandas as pd
 from tqdm import tqdm
 
 from bicode_lab import paper
-from bicode_lab.camera import Recorder, Scene, truth_at
+from bicode_lab.boxes import Box
+from bicode_lab.camera import Scene, record, truth_at
 from bicode_lab.camera.truth import packet_starts_us
-from bicode_lab.events import join, slice_time
+from bicode_lab.events import slice_time
 from bicode_lab.recognition.accumulate import Frame, accumulate
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.scenes import scene_of
+from bicode_studies.trial import PERIOD_S
 
 LOW_MA, STANDARD_MA, HIGH_MA = paper.FIG_8_CURRENTS_MA
 SLOW_M_PER_S, _, FAST_M_PER_S = paper.FIG_12_SPEEDS_M_PER_S
 NEAR_M, FAR_M = 0.5, 2.5
-AROUND = 0.25  # of the marker's larger side belong to its neighbourhood on each side, ...
-AROUND_PX = 12  # ... and no less than this: blur and halo glow beyond the plate
+AROUND = 0.25  # width of the neighbourhood around the marker, in larger sides of its box ...
+AROUND_PX = 12  # ... and its least width: blur and halo reach beyond the plate
 
 
 def _condition(distance_m: float = FAR_M, **setting: Any) -> Condition:
-    """A panel's condition: one period of it, so that a pan's seeds share the whole pan."""
-    return Condition(figure="13", distance_m=distance_m, duration_s=paper.DELTA_T_WHOLE_US * 1e-6, **setting)
+    """Return the condition of a panel. It lasts one period, so that the seeds of a pan cover the whole pan."""
+    return Condition(figure="13", distance_m=distance_m, duration_s=PERIOD_S, **setting)
 
 
 PANELS: dict[str, Condition] = {
@@ -57,26 +59,26 @@ BLINKER_PANELS = "hijk"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PanelFrame:
-    """One panel of one seed.
+    """One panel of Fig. 13, recorded with one seed.
 
-    Parameters
+    Attributes
     ----------
     panel : str
         "a" .. "k".
     seed : int
     condition : Condition
     kind : {"2d", "blinker"}
-        Of delta_t_2D or of delta_t_blinker.
+        Whether the frame has the length delta_t_2D or delta_t_blinker.
     frame : ndarray of int8, shape (height, width)
-        -1, 0, +1.
+        -1, 0 or +1.
     box_px : tuple of 4 floats
-        Left, top, width, height of the plate's image in the middle of the frame's time, from the truth.
-    neighbourhood_px : tuple of 4 ints
-        The same, widened: x, y, w, h, inside the sensor.
+        Left, top, width and height of the plate's image in the middle of the frame's time, from the truth [px].
+    neighbourhood_px : Box
+        The same box, widened and cut to the sensor.
     region_px : int
-        Pixels in the neighbourhood that are not 0.
+        Number of pixels of the neighbourhood that are not 0.
     events : int
-        Of the whole sensor in the frame's time.
+        Number of events of the whole sensor in the frame's time.
     """
 
     panel: str
@@ -85,30 +87,41 @@ class PanelFrame:
     kind: str
     frame: Frame = field(repr=False)
     box_px: tuple[float, float, float, float]
-    neighbourhood_px: tuple[int, int, int, int]
+    neighbourhood_px: Box
     region_px: int
     events: int
 
     @property
     def aruco_id(self) -> int:
-        """Which pattern its plate has."""
+        """Number of the pattern on the plate."""
         return scene_of(self.condition, self.seed).markers[0].marker.board.aruco_id
 
     def row(self) -> dict[str, Any]:
-        """Its row in the table of Fig. 13, without the frame."""
-        told = {"panel": self.panel, "seed": self.seed, "region_px": self.region_px, "events": self.events}
-        return {**told, "frame_kind": self.kind, **asdict(self.condition)}
+        """Return the row of the table of Fig. 13, which leaves out the frame."""
+        counts = {"panel": self.panel, "seed": self.seed, "region_px": self.region_px, "events": self.events}
+        return {**counts, "frame_kind": self.kind, **asdict(self.condition)}
 
 
 def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> PanelFrame:
-    """A panel of Fig. 13 and a seed in; its frame, where the marker is in it and how much of it glows, out.
+    """Record the frame of a panel and count the lit pixels around the marker.
 
-    `distance_m` is for a look at the same from elsewhere; None keeps the panel's own.
+    Parameters
+    ----------
+    panel : str
+        "a" .. "k".
+    seed : int
+        Seed of the scene and of the camera's chance.
+    distance_m : float, optional
+        Another distance from camera to marker [m]; None keeps that of the panel.
+
+    Returns
+    -------
+    PanelFrame
 
     Raises
     ------
     ValueError
-        No such panel.
+        If Fig. 13 has no such panel.
     """
     if panel not in PANELS:
         raise ValueError(f"panel {panel!r} is not in Fig. 13; choose one of {', '.join(PANELS)}")
@@ -117,9 +130,9 @@ def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> Panel
         condition = replace(condition, distance_m=distance_m)
     scene, settings = scene_of(condition, seed), receiver_settings(condition)
     length_us = settings.delta_t_blinker_us if kind == "blinker" else settings.delta_t_2d_us
-    start_us = _blinks_from_us(scene, length_us) if kind == "blinker" else paper.PACKET_US
-    recorder = Recorder(scene, (start_us + length_us) * 1e-6, np.random.default_rng([seed, 2]))
-    events = slice_time(join(recorder), start_us, start_us + length_us)
+    start_us = _payload_frame_start_us(scene, length_us) if kind == "blinker" else paper.PACKET_US
+    events = record(scene, (start_us + length_us) * 1e-6, np.random.default_rng([seed, 2]))
+    events = slice_time(events, start_us, start_us + length_us)
     frame = accumulate(events, settings.width, settings.height, "last")
     box = truth_at(scene, start_us + length_us / 2)[0].box_px
     x, y, w, h = near = neighbourhood(box, settings.width, settings.height)
@@ -130,10 +143,10 @@ def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> Panel
     )  # fmt: skip
 
 
-def _blinks_from_us(scene: Scene, length_us: int) -> int:
-    """A scene and a frame's time in; the start of a frame amid a payload, a packet's time after the scene's start, out.
+def _payload_frame_start_us(scene: Scene, length_us: int) -> int:
+    """Return the start of a frame in the middle of a payload, one packet or more after the start of the scene [us].
 
-    The truth of the transmitter is used, as by the authors when they chose a frame to print.
+    The times of the packets are those of the truth; the authors, too, chose which frame to print.
     """
     begins_us = packet_starts_us(scene, 0, 2 * paper.PACKET_US)
     middle_us = begins_us + paper.START_US + paper.PAYLOAD_BITS * 1e6 / paper.F_ID_HZ / 2
@@ -141,37 +154,69 @@ def _blinks_from_us(scene: Scene, length_us: int) -> int:
     return round(float(from_us[from_us >= paper.PACKET_US][0]))
 
 
-def neighbourhood(box_px: tuple[float, float, float, float], width: int, height: int) -> tuple[int, int, int, int]:
-    """The box of a plate's image and the sensor's size in; the pixels that its light may reach, x y w h, out.
+def neighbourhood(box_px: tuple[float, float, float, float], width: int, height: int) -> Box:
+    """Return the pixels that the light of a plate may reach.
+
+    Parameters
+    ----------
+    box_px : tuple of 4 floats
+        Left, top, width and height of the plate's image [px].
+    width, height : int
+        Size of the sensor [px].
+
+    Returns
+    -------
+    Box
+        The box with a margin of a quarter of its larger side, or of 12 px, cut to the sensor.
 
     Examples
     --------
-    >>> neighbourhood((100, 100, 40, 80), 1280, 720)
+    >>> tuple(neighbourhood((100, 100, 40, 80), 1280, 720))
     (80, 80, 81, 121)
-    >>> neighbourhood((2, 700, 20, 10), 1280, 720)
+    >>> tuple(neighbourhood((2, 700, 20, 10), 1280, 720))
     (0, 688, 35, 32)
     """
     x, y, w, h = box_px
     around = max(AROUND * max(w, h), AROUND_PX)
-    x0, y0 = max(int(np.floor(x - around)), 0), max(int(np.floor(y - around)), 0)
-    x1, y1 = min(int(np.ceil(x + w + around)) + 1, width), min(int(np.ceil(y + h + around)) + 1, height)
-    return x0, y0, x1 - x0, y1 - y0
+    left, top = int(np.floor(x - around)), int(np.floor(y - around))
+    right, bottom = int(np.ceil(x + w + around)) + 1, int(np.ceil(y + h + around)) + 1
+    return Box.between(left, top, right, bottom).clipped(width, height)
 
 
 def panel_table(seeds: Iterable[int], panels: Iterable[str] = PANELS) -> pd.DataFrame:
-    """Seeds and panels in; a row for each of them out, see `PanelFrame.row`."""
+    """Record panels with several seeds.
+
+    Parameters
+    ----------
+    seeds : iterable of int
+    panels : iterable of str
+
+    Returns
+    -------
+    DataFrame
+        One row for each panel and seed, see `PanelFrame.row`: ``panel``, ``seed``, ``region_px``, ``events``,
+        ``frame_kind``, and the fields of the condition.
+    """
     todo = [(panel, seed) for panel in panels for seed in seeds]
     bar = tqdm(todo, desc="frames", disable=None, leave=False)
     return pd.DataFrame([panel_frame(panel, seed).row() for panel, seed in bar])
 
 
 def area_over_distance(above: str, below: str, distances_m: Iterable[float], seeds: Iterable[int]) -> pd.DataFrame:
-    """Two panels, distances and seeds in; the ratio of their regions at each distance, mean and spread, out.
+    """Return the ratio of the lit areas of two panels over distance.
+
+    Parameters
+    ----------
+    above, below : str
+        Panels whose areas are the numerator and the denominator.
+    distances_m : iterable of float
+        Distances from camera to marker [m].
+    seeds : iterable of int
 
     Returns
     -------
     DataFrame
-        ``distance_m``, ``ratio`` (mean over the seeds), ``low`` and ``high`` (least and most of them).
+        ``distance_m``, ``ratio`` (mean over the seeds), ``low`` and ``high`` (least and largest of them).
     """
     rows = []
     numbers = list(seeds)
@@ -182,12 +227,24 @@ def area_over_distance(above: str, below: str, distances_m: Iterable[float], see
     return pd.DataFrame(rows)
 
 
-def turned_share(
-    yaw_deg: float, size_m: float = 0.05, thickness_m: float = paper.PLATE_THICKNESS_M, glowing_share: float = 1.0
-) -> float:
-    """An angle and a plate in; the area it shows, face and edge, over that of its face straight on, from afar, out.
+def turned_share(yaw_deg: float, size_m: float = 0.05, glowing_share: float = 1.0) -> float:
+    """Return the lit area that a turned plate shows, over that of a plate facing the camera, seen from afar.
 
-    Of the face only `glowing_share` may count, the share of its cells that glow; the edge glows as a whole.
+    It is ``cos(yaw) + thickness / size * sin(yaw) / glowing_share``: the face gets narrower, and the edge of the plate
+    comes into view, which is lit over its whole length.
+
+    Parameters
+    ----------
+    yaw_deg : float
+        Angle between the normal of the plate and the line of sight [deg], 0 .. 90.
+    size_m : float
+        Side of the plate [m].
+    glowing_share : float
+        Share of the face that is lit, 0 .. 1.
+
+    Returns
+    -------
+    float
 
     Examples
     --------
@@ -195,4 +252,4 @@ def turned_share(
     (0.272, 1.0, 0.305)
     """
     yaw = np.deg2rad(yaw_deg)
-    return float(np.cos(yaw) + thickness_m / size_m * np.sin(yaw) / glowing_share)
+    return float(np.cos(yaw) + paper.PLATE_THICKNESS_M / size_m * np.sin(yaw) / glowing_share)

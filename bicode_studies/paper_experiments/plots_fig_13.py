@@ -1,4 +1,4 @@
-"""Fig. 13: frames side by side, each around its marker, those of a row at one scale."""
+"""Plots of Fig. 13: frames side by side, each cut out around its marker, all frames of a row at one scale."""
 
 from __future__ import annotations
 
@@ -16,19 +16,23 @@ BAR = "#FFFFFF"
 def draw_panel(
     frame: npt.NDArray[np.int8], box_px: BoxLike, ax: Axes, *, size_px: tuple[float, float], title: str = ""
 ) -> Axes:
-    """A 3-valued frame and the marker's box in; the part of `size_px` around the marker's middle, as Fig. 13 shows it.
+    """Draw the part of a frame around the middle of the marker, as in Fig. 13.
 
     Parameters
     ----------
-    frame : ndarray, shape (height, width)
-        -1, 0, +1.
-    box_px : (x, y, w, h)
-        Where the marker is [px].
+    frame : ndarray of int8, shape (height, width)
+        -1, 0 or +1.
+    box_px : tuple of 4 floats
+        Left, top, width and height of the marker [px].
     ax : Axes
-    size_px : (width, height)
-        Of the part; what lies beyond the sensor stays dark [px].
+    size_px : tuple of 2 floats
+        Width and height of the part [px]; what lies beyond the sensor stays dark.
     title : str
-        Below the panel, as in the paper.
+        Text below the panel, as in the paper.
+
+    Returns
+    -------
+    Axes
     """
     x, y, w, h = box_px
     width, height = size_px
@@ -48,7 +52,22 @@ def draw_panels(
     size_px: tuple[float, float],
     bar_px: int,
 ) -> None:
-    """A row of panels in, drawn at one scale, which a bar of `bar_px` pixels in the first one tells."""
+    """Draw a row of panels at one scale, with a scale bar in the first one.
+
+    Parameters
+    ----------
+    frames : sequence of ndarray of int8, shape (height, width)
+        -1, 0 or +1.
+    boxes_px : sequence of tuples of 4 floats
+        Left, top, width and height of each marker [px].
+    titles : sequence of str
+        Texts below the panels.
+    axes : sequence of Axes
+    size_px : tuple of 2 floats
+        Width and height of the part that each panel shows [px].
+    bar_px : int
+        Length of the scale bar [px].
+    """
     for frame, box, title, ax in zip(frames, boxes_px, titles, axes, strict=True):
         draw_panel(frame, box, ax, size_px=size_px, title=title)
     first = axes[0]

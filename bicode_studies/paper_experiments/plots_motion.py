@@ -1,4 +1,4 @@
-"""What motion costs: rates of events beside losses, accuracy over a box's delay, backgrounds by their rates."""
+"""Plots of the effects of motion: event rates and losses, accuracy over the delay of a box, background rates."""
 
 from __future__ import annotations
 
@@ -21,13 +21,20 @@ RECEIVERS: dict[str, dict[str, Any]] = {
 
 
 def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
-    """Rows of `evaluation.motion_loss.rate_and_loss` in; rate over distance, loss over distance, loss over rate out.
+    """Draw the event rate over distance, the loss of IDs over distance, and the loss over the rate.
 
-    Of each way of motion the fastest is drawn; the others are in its table.
+    Over distance, only the fastest curve of each way of motion is drawn; the table has the others.
+
+    Parameters
+    ----------
+    rates : DataFrame
+        As `motion_loss.rate_and_loss` returns it.
+    axes : sequence of 3 Axes
+        For the three plots, in this order.
     """
     by_distance, lost, lost_by_rate = axes
     for number, (how, mine) in enumerate(rates.groupby("how", sort=False)):
-        nudge = 1.04 ** (number - 1)  # so that intervals stand side by side
+        nudge = 1.04 ** (number - 1)  # intervals stand side by side
         fastest = mine[mine["level"] == mine["level"].max()]
         color = HOW_COLORS[str(how)]
         level = fastest["level"].iloc[0]
@@ -57,23 +64,28 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
 
 
 def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: str, label: str) -> Axes:
-    """Accuracy over the delay of a box in, one curve for each level of `by` out, over the overlap that is left.
+    """Draw the accuracy over the delay of a box, one curve for each level, beside the overlap that is left.
 
     Parameters
     ----------
     accuracies : DataFrame
-        `by`, ``lag`` (periods), ``accuracy``, ``low``, ``high``.
+        `by`, ``lag`` (in periods), ``accuracy``, ``low``, ``high``.
     expected : DataFrame
-        `by`, ``lag`` and ``overlap``, 0 .. 1: drawn as thin grey lines.
+        `by`, ``lag`` and ``overlap``, 0 .. 1; drawn as dashed lines in the colours of the curves.
     ax : Axes
     by : str
+        Name of the column that holds the levels.
     label : str
-        Name of a level: "{:g} m/s".
+        Format of a level in the legend, such as "{:g} m/s".
+
+    Returns
+    -------
+    Axes
     """
     for number, (level, mine) in enumerate(accuracies.groupby(by)):
         of = mine.sort_values("lag")
         bars = np.maximum([of["accuracy"] - of["low"], of["high"] - of["accuracy"]], 0)
-        beside = of["lag"] + 0.08 * (number - 1)  # so that no curve hides another
+        beside = of["lag"] + 0.08 * (number - 1)  # no curve hides another
         line = ax.errorbar(beside, of["accuracy"], yerr=bars, fmt="o-", label=label.format(level))
         left = expected[expected[by] == level].sort_values("lag")
         name = "overlap that is left" if number == 0 else None
@@ -83,7 +95,18 @@ def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: 
 
 
 def draw_rates(rates: Mapping[str, npt.NDArray[np.float64]], ax: Axes) -> Axes:
-    """Names to rates in each period [Mev/s] in; how their periods are spread out, means as dashed lines."""
+    """Draw histograms of rates, with their means as dashed lines.
+
+    Parameters
+    ----------
+    rates : mapping of str to ndarray, shape (periods,)
+        By name, the rate in each period [Mev/s]. Rates far above the 99 % quantiles are drawn in the last bin.
+    ax : Axes
+
+    Returns
+    -------
+    Axes
+    """
     largest = max(float(np.quantile(each, 0.99)) for each in rates.values())
     edges = np.linspace(0, 1.1 * largest, 41).tolist()
     for number, (name, each) in enumerate(rates.items()):
@@ -95,17 +118,21 @@ def draw_rates(rates: Mapping[str, npt.NDArray[np.float64]], ax: Axes) -> Axes:
     return ax
 
 
-def draw_patterns(told: pd.DataFrame, ax: Axes) -> Axes:
-    """Accuracies of 2D markers by condition and pattern in, a group of squares for each condition out.
+def draw_patterns(accuracies: pd.DataFrame, ax: Axes) -> Axes:
+    """Draw the accuracies of 2D markers with different patterns, in a group for each condition.
 
     Parameters
     ----------
-    told : DataFrame
+    accuracies : DataFrame
         ``condition`` (its name), ``aruco_id``, ``accuracy``, ``low``, ``high``.
     ax : Axes
+
+    Returns
+    -------
+    Axes
     """
-    names = list(dict.fromkeys(told["condition"]))
-    for k, (pattern, mine) in enumerate(told.groupby("aruco_id", sort=False)):
+    names = list(dict.fromkeys(accuracies["condition"]))
+    for k, (pattern, mine) in enumerate(accuracies.groupby("aruco_id", sort=False)):
         at = [names.index(name) + 0.1 * (k - 1.5) for name in mine["condition"]]
         bars = [(mine["accuracy"] - mine["low"]).clip(lower=0), (mine["high"] - mine["accuracy"]).clip(lower=0)]
         again, number = divmod(k, len(LEVEL_COLORS))

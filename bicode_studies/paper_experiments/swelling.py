@@ -1,12 +1,13 @@
-"""IV-A: why does a bright pattern swell?   light of a face, blur of the lens -> where the rim of a cell is seen
+"""Why a bright pattern looks larger than it is: where the edge of a lit cell appears behind a blurred lens (IV-A).
 
-A log pixel answers as soon as the LED changes its light by the threshold, however little that is beside what a
-pixel on the cell gets. Behind the edge of a glowing face that is much wider than the blur, at x pixels, the lens
-leaves the share 1/2 erfc(x / (sqrt 2 sigma)) of the face's light, and so the contrast
+A log pixel responds as soon as the LED changes its light by the threshold, however little that is compared with the
+light of a pixel on the cell. At x pixels beyond the edge of a lit face that is much wider than the blur, the share
+1/2 erfc(x / (sqrt(2) sigma)) of the face's light is left, which makes the contrast
 
-    c(x) = ln(1 + L [(1 - h) 1/2 erfc(x / (sqrt 2 sigma)) + h 1/2 erfc(x / (sqrt 2 sigma_h))])
+    c(x) = ln(1 + L [(1 - h) 1/2 erfc(x / (sqrt(2) sigma)) + h 1/2 erfc(x / (sqrt(2) sigma_h))])
 
-where L is the face's light over the ambient, and h the halo's share. The pattern seems to end where c is the threshold.
+where L is the light of the face over the ambient light, h the share of the halo, and sigma and sigma_h the blur and the
+width of the halo. The pattern seems to end where c equals the threshold.
 """
 
 from __future__ import annotations
@@ -23,7 +24,16 @@ Floats = npt.NDArray[np.float64]
 
 
 def face_over_ambient(scene: Scene) -> float:
-    """A scene in, the light of its first marker's glowing cells over that of the dark plate out.
+    """Return the light of the lit cells of a scene's first marker over that of its dark plate.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    float
+        Ratio of the signals of a pixel, L above.
 
     Examples
     --------
@@ -39,21 +49,61 @@ def face_over_ambient(scene: Scene) -> float:
 
 
 def share_beyond(x_px: npt.ArrayLike, optics: Optics) -> Floats:
-    """Distances beyond a face's edge [px] (below 0: on it) and a lens in, the share of its light there out, 0 .. 1."""
+    """Return the share of a face's light at distances beyond its edge.
+
+    Parameters
+    ----------
+    x_px : array_like
+        Distance beyond the edge [px]; negative on the face.
+    optics : Optics
+        Its blur and halo are used.
+
+    Returns
+    -------
+    ndarray
+        Shares, 0 .. 1; shape of `x_px`.
+    """
     x = np.asarray(x_px, float)
     core, halo = (0.5 * erfc(x / (np.sqrt(2) * sigma)) for sigma in (optics.blur_px, optics.halo_px))
     return np.asarray((1 - optics.halo_fraction) * core + optics.halo_fraction * halo)
 
 
 def edge_contrast(x_px: npt.ArrayLike, over_ambient: float, optics: Optics) -> Floats:
-    """Distances beyond a face's edge [px] and the face's light over the ambient in, the log contrast there out."""
+    """Return the log contrast between LED on and off at distances beyond the edge of a face, c(x) above.
+
+    Parameters
+    ----------
+    x_px : array_like
+        Distance beyond the edge [px]; negative on the face.
+    over_ambient : float
+        Light of the face over the ambient light, see `face_over_ambient`.
+    optics : Optics
+
+    Returns
+    -------
+    ndarray
+        Contrasts, 0 or more; shape of `x_px`.
+    """
     return np.log1p(over_ambient * share_beyond(x_px, optics))
 
 
 def gap_contrast(width_px: npt.ArrayLike, over_ambient: float, optics: Optics) -> Floats:
-    """Widths of a dark stripe between two glowing faces [px] in, the log contrast in its middle out.
+    """Return the log contrast in the middle of a dark stripe between two lit faces.
 
-    Where it is above the threshold, the stripe has closed.
+    Where it is above the threshold, the stripe is no longer visible.
+
+    Parameters
+    ----------
+    width_px : array_like
+        Width of the stripe [px].
+    over_ambient : float
+        Light of the faces over the ambient light, see `face_over_ambient`.
+    optics : Optics
+
+    Returns
+    -------
+    ndarray
+        Contrasts, 0 or more; shape of `width_px`.
 
     Examples
     --------
@@ -65,9 +115,20 @@ def gap_contrast(width_px: npt.ArrayLike, over_ambient: float, optics: Optics) -
 
 
 def rim_px(over_ambient: float, threshold: float, optics: Optics) -> float:
-    """A face's light over the ambient, a threshold and a lens in; how far beyond its edge it seems to end out [px].
+    """Return how far beyond its edge a face seems to reach.
 
-    Below 0 it seems smaller than it is. nan where it does not reach the threshold anywhere.
+    Parameters
+    ----------
+    over_ambient : float
+        Light of the face over the ambient light, see `face_over_ambient`.
+    threshold : float
+        Log contrast at which a pixel responds.
+    optics : Optics
+
+    Returns
+    -------
+    float
+        Distance [px]; negative where the face looks smaller than it is, nan where no part of it reaches the threshold.
     """
     far = 6 * max(optics.blur_px, optics.halo_px)
 

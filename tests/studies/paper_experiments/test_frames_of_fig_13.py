@@ -10,7 +10,7 @@ from bicode_lab.camera.truth import packet_starts_us
 from bicode_studies.paper_experiments.frames_of_fig_13 import (
     BLINKER_PANELS,
     PANELS,
-    _blinks_from_us,
+    _payload_frame_start_us,
     neighbourhood,
     panel_frame,
     panel_table,
@@ -66,7 +66,7 @@ def test_still_panels_are_dark_but_for_the_marker() -> None:
 def test_a_short_frame_lies_within_the_payload(panel: str) -> None:
     for seed in range(20):
         scene = scene_of(PANELS[panel], seed)
-        start_us = _blinks_from_us(scene, paper.DELTA_T_BLINKER_US)
+        start_us = _payload_frame_start_us(scene, paper.DELTA_T_BLINKER_US)
         packet_us = packet_starts_us(scene, 0, 10 * paper.PACKET_US)
         into_us = start_us - packet_us[packet_us <= start_us].max()
         payload_us = paper.PAYLOAD_BITS * 1e6 / paper.F_ID_HZ
