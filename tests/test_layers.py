@@ -51,7 +51,7 @@ KNOWS: dict[str, dict[str, set[str]]] = {
         "robustness": BASE | {"score", "trial", "sweep", "plots", "paper_experiments"},
         "claims": BASE | {"sweep", "paper_experiments", "link_budget"},
         "what_if": BASE | {"score", "trial", "plots", "link_budget", "notebook"},  # its page is a notebook
-        "bench": BASE | {"paper_experiments", "plots", "notebook"},  # it times the run of all notebooks
+        "bench": BASE | {"sweep", "paper_experiments", "plots", "notebook"},  # it times whole runs
         "own_recording": BASE | {"plots", "notebook"},
         "real_light": BASE | {"plots"},
     },

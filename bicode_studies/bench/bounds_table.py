@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -10,27 +9,39 @@ from typing import Any
 import pandas as pd
 
 from bicode_lab.camera import Scene
-from bicode_lab.events import Events, slice_time
+from bicode_lab.events import Events
 from bicode_lab.recognition import ReceiverSettings, RegionFinder
-from bicode_lab.recognition.event_codes import EventCoder
 from bicode_lab.recognition.marker_2d import aruco_detector, find_marker_2d, frame_2d, to_image
-from bicode_studies.bench import scaling as cost
 from bicode_studies.bench.lower_bounds import least_generator_ns, least_ns
-from bicode_studies.bench.rows import simulate_plainly
+from bicode_studies.bench.plain_simulator import FRAME_US
 from bicode_studies.bench.streams import MARKER_SHARE
-from bicode_studies.bench.timing import all_opencv_threads
+from bicode_studies.bench.timing import ALL_THREADS, cpu_seconds, opencv_threads, time_in_turn
+from bicode_studies.bench.workloads import coded_periods, generate, generate_plainly, receive
 
-PLAIN_FRAME_US = 100.0  # of the plain NumPy simulator
+ASKED_TIMES = 50.0  # the generator should be so many times faster than the plain simulator
 
 
 def receiver_table(boxes: pd.Series[float], events: Events, settings: ReceiverSettings) -> pd.DataFrame:
-    """The boxes' times [ms] and the events of one period of their stream in; beside each the least it can cost out.
+    """Compare the time of each box of the receiver with the least that it can cost.
 
-    Only loops over events have a least here: codes read and write each event; regions change a word of marks; counts
-    look up a byte, and of the markers' events change a word of sums and look at it again. In ns an event.
+    Only loops over events have a least cost here. Codes read and write each event. Regions change a word of marks.
+    Counts look up a byte; of the markers' events they also change a word of sums and look at it again.
+
+    Parameters
+    ----------
+    boxes : Series
+        What `scaling.receiver_boxes` returns, time per period [ms].
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        The events of one period of the same stream.
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    DataFrame
+        One row for each box: ``takes_ns`` and ``least_ns``, time per event; nan where there is no least cost.
     """
     least = least_ns(events, settings.width, settings.height)
-    box_numbers, sums, marks = (float(least.iloc[k : k + 2].min()) for k in (2, 4, 6))  # asked for ahead or not
+    box_numbers, sums, marks = (float(least.iloc[k : k + 2].min()) for k in (2, 4, 6))  # fetched ahead or not
     table = pd.DataFrame({"takes_ns": boxes * 1e6 / events.size})
     table["least_ns"] = pd.Series({
         "codes of events": least["read them, write codes"],
@@ -41,7 +52,20 @@ def receiver_table(boxes: pd.Series[float], events: Events, settings: ReceiverSe
 
 
 def generator_table(parts: pd.Series[float], scene: Scene) -> pd.DataFrame:
-    """The generator's parts and their scene in; beside each the least it can cost out [ns an event]."""
+    """Compare the time of each part of the generator with the least that it can cost.
+
+    Parameters
+    ----------
+    parts : Series
+        What `scaling.generator_parts` returns, time per event [ns].
+    scene : Scene
+        The scene of `parts`.
+
+    Returns
+    -------
+    DataFrame
+        One row for each part: ``takes_ns`` and ``least_ns``, time per event; nan where there is no least cost.
+    """
     way, counted, stored = least_generator_ns(scene)
     table = pd.DataFrame({"takes_ns": parts})
     table["least_ns"] = pd.Series({"pixels": way, "sorting by time": counted + stored})
@@ -49,24 +73,34 @@ def generator_table(parts: pd.Series[float], scene: Scene) -> pd.DataFrame:
 
 
 def whole_table(events: Events, periods: int, settings: ReceiverSettings) -> pd.Series[float]:
-    """Events of some periods in; processor time of the whole receiver's parts on one core for a period out [ms].
+    """Time the parts of the whole receiver on one core.
 
-    ``"counts, packets, the rest"`` is what the whole takes beyond the other parts.
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        A stream that starts at 0.
+    periods : int
+        Length of the stream in periods.
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    Series
+        Processor time per period [ms] by part. ``"counts, packets, the rest"`` is what the whole receiver takes beyond
+        the other parts.
     """
-    parts = [slice_time(events, k * cost.PERIOD_US, (k + 1) * cost.PERIOD_US) for k in range(periods)]
-    coders = [EventCoder(settings.width, settings.height) for _ in parts]
-    coded = [coder(part) for coder, part in zip(coders, parts, strict=True)]
-    shots = [c.between(k * cost.PERIOD_US, k * cost.PERIOD_US + settings.delta_t_2d_us) for k, c in enumerate(coded)]
+    starts, code, coded = coded_periods(events, settings)
+    shots = [c.between(start, start + settings.delta_t_2d_us) for start, c in zip(starts, coded, strict=True)]
     images = [to_image(frame_2d(shot, settings), settings) for shot in shots]
     finder, detector = RegionFinder(settings), aruco_detector(settings.dictionary)
     work: dict[str, Callable[[], Any]] = {
-        "codes of events": lambda: [coder(part) for coder, part in zip(coders, parts, strict=True)],
+        "codes of events": code,
         "detectMarkers": lambda: [detector.detectMarkers(image) for image in images],
         "a, b, c with it": lambda: [find_marker_2d(frame_2d(shot, settings), settings) for shot in shots],
-        "d, e, f: regions": lambda: [finder(c, k * cost.PERIOD_US) for k, c in enumerate(coded)],
-        "whole": partial(cost.receive, events, settings),
+        "d, e, f: regions": lambda: [finder(c, start) for start, c in zip(starts, coded, strict=True)],
+        "whole": partial(receive, events, settings),
     }
-    taken = pd.Series({name: cost.seconds_of(piece, 5) / periods * 1e3 for name, piece in work.items()})
+    taken = pd.Series({name: cpu_seconds(piece, 5) / periods * 1e3 for name, piece in work.items()})
     known = taken["codes of events"] + taken["a, b, c with it"] + taken["d, e, f: regions"]
     return pd.Series({
         "codes of events": taken["codes of events"],
@@ -78,10 +112,19 @@ def whole_table(events: Events, periods: int, settings: ReceiverSettings) -> pd.
 
 
 def two_core_bounds(parts: pd.Series[float]) -> tuple[float, float]:
-    """What `whole_table` gave in; two times by the clock that two cores cannot beat out [ms].
+    """Return two elapsed times that two cores cannot beat.
 
-    Half of the sum, as if all could run side by side; and the longer of the two chains of this receiver, which both
-    begin with codes and end with counts and packets, with 2D markers or regions between.
+    The first is half of the sum, as if all parts could run side by side. The second is the longer of the two chains of
+    this receiver: both begin with codes and end with counts and packets, with 2D markers or regions between.
+
+    Parameters
+    ----------
+    parts : Series
+        What `whole_table` returns.
+
+    Returns
+    -------
+    half_ms, chain_ms : float
 
     Examples
     --------
@@ -96,27 +139,50 @@ def two_core_bounds(parts: pd.Series[float]) -> tuple[float, float]:
 
 
 def whole_by_clock(events: Events, periods: int, settings: ReceiverSettings, repeats: int = 5) -> float:
-    """Events of some periods in; time by the clock for a period out [ms], OpenCV with as many threads as it takes."""
-    taken = []
-    with all_opencv_threads():
-        for _ in range(repeats):
-            started = time.perf_counter()
-            cost.receive(events, settings)
-            taken.append(time.perf_counter() - started)
-    return min(taken) / periods * 1e3
+    """Return the elapsed time of the whole receiver, with as many OpenCV threads as OpenCV chooses.
 
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        A stream that starts at 0.
+    periods : int
+        Length of the stream in periods.
+    settings : ReceiverSettings
+    repeats : int
+        The shortest of so many times counts.
 
-def against_plain(scene: Scene, seconds: float, times: float = 50.0) -> pd.Series[float]:
-    """The bench's patch, a length and how many times faster is asked for in; what frames and events take out.
-
-    The plain NumPy simulator's time for a frame [ms]; what an event takes here, and what it may take [ns].
+    Returns
+    -------
+    float
+        Elapsed time per period [ms].
     """
-    plain_s = cost.seconds_of(partial(simulate_plainly, seconds), 2)
-    n_events = cost.generate(scene, seconds)
-    ours_s = cost.seconds_of(partial(cost.generate, scene, seconds), 3)
+    with opencv_threads(ALL_THREADS):
+        (timing,) = time_in_turn(repeats, partial(receive, events, settings))
+    return timing.wall_s / periods * 1e3
+
+
+def against_plain(scene: Scene, seconds: float) -> pd.Series[float]:
+    """Compare the generator with the plain NumPy simulator.
+
+    Parameters
+    ----------
+    scene : Scene
+        The patch with the blinking square, see `streams.square_scene`.
+    seconds : float
+        Length of the recording [s].
+
+    Returns
+    -------
+    Series
+        ``plain_frame_ms``, what a frame costs the plain simulator; ``takes_ns``, what an event costs the generator;
+        ``asked_ns``, what it may cost to be `ASKED_TIMES` times faster; ``times``, how many times faster it is.
+    """
+    plain_s = cpu_seconds(partial(generate_plainly, seconds), 2)
+    n_events = generate(scene, seconds)
+    ours_s = cpu_seconds(partial(generate, scene, seconds), 3)
     return pd.Series({
-        "plain_frame_ms": plain_s / (seconds * 1e6 / PLAIN_FRAME_US) * 1e3,
+        "plain_frame_ms": plain_s / (seconds * 1e6 / FRAME_US) * 1e3,
         "takes_ns": ours_s / n_events * 1e9,
-        "asked_ns": plain_s / times / n_events * 1e9,
+        "asked_ns": plain_s / ASKED_TIMES / n_events * 1e9,
         "times": plain_s / ours_s,
     })  # fmt: skip

@@ -1,4 +1,4 @@
-"""What only a fresh process can tell: how long it takes to start, and how much memory it comes to hold."""
+"""Measurements that need a fresh process: the time to start, and the peak memory."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bicode_lab.events import make_events
+from bicode_lab.events import Events, make_events
 from bicode_lab.recordings import write_recording
 from bicode_studies.bench.timing import Timing, Watch
 
@@ -28,7 +28,7 @@ for chunk in Recorder(scene, {seconds}, np.random.default_rng(0)):
 SAY_MEMORY = """
 import resource, sys
 from pathlib import Path
-# The peak of this program alone, where the system tells it: ru_maxrss begins with that of the process that started it.
+# The peak of this program alone, where the system knows it: ru_maxrss starts with the peak of the parent process.
 status = Path("/proc/self/status")
 lines = status.read_text().splitlines() if status.exists() else []
 peak = [line.split()[1] for line in lines if line.startswith("VmHWM")]
@@ -37,7 +37,18 @@ print(*peak or [resource.getrusage(resource.RUSAGE_SELF).ru_maxrss], file=sys.st
 
 
 def time_fresh(*arguments: str) -> Timing:
-    """Arguments for Python in, the best times of a fresh process out; it runs once before, for the caches' sake."""
+    """Time a fresh process; it runs once before to fill the caches.
+
+    Parameters
+    ----------
+    *arguments : str
+        Arguments for Python.
+
+    Returns
+    -------
+    Timing
+        The shortest times of `REPEATS` processes.
+    """
     cpu, wall = [], []
     watch = Watch()
     for _ in range(REPEATS + 1):
@@ -49,10 +60,23 @@ def time_fresh(*arguments: str) -> Timing:
     return Timing(cpu_s=min(cpu[1:]), wall_s=min(wall[1:]), others=watch.others(), load=os.getloadavg()[0])
 
 
-def most_memory_mb(what: str, seconds: float) -> float:
-    """The name of a memory row and the length of a recording [s] in, the most a fresh process holds out [MB]."""
+def peak_memory_mb(name: str, seconds: float) -> float:
+    """Return the peak memory of a fresh process.
+
+    Parameters
+    ----------
+    name : str
+        "memory-decode" for `bicode decode`, "memory-generator" for the generator.
+    seconds : float
+        Length of the recording [s].
+
+    Returns
+    -------
+    float
+        Peak memory [MB].
+    """
     with tempfile.TemporaryDirectory() as folder:
-        if what == "memory-generator":
+        if name == "memory-generator":
             code = RUN_GENERATOR.format(seconds=seconds)
         else:
             path = Path(folder) / "long.raw"
@@ -62,8 +86,8 @@ def most_memory_mb(what: str, seconds: float) -> float:
     return int(done.stderr.split()[-1]) / 1e3
 
 
-def _long_recording(seconds: float) -> np.ndarray:
-    """A length in; 20,000 events a second all over the sensor out."""
+def _long_recording(seconds: float) -> Events:
+    """Return 20,000 events per second, spread over the sensor."""
     rng = np.random.default_rng(0)
     n = round(20_000 * seconds)
     t_us = np.sort(rng.integers(round(seconds * 1e6), size=n))

@@ -1,7 +1,7 @@
-"""What ``bicode bench`` measures with: fixed streams of events, and scenes for the generator.
+"""Streams of events and scenes that ``bicode bench`` measures with.
 
-The streams are made with NumPy alone, or by the generator with constants that are the bench's own, so that they stay
-the same when a constant of the camera changes.
+The streams are made with NumPy alone, or by the generator with constants of the bench's own, so that they stay the same
+when a constant of the camera changes.
 """
 
 from __future__ import annotations
@@ -26,21 +26,37 @@ from bicode_lab.camera import (
 )
 from bicode_lab.events import Events, make_events, merge
 from bicode_lab.marker import Board, LedWaveform, Marker
+from bicode_lab.paper import DELTA_T_WHOLE_US
 
+PERIOD_US = DELTA_T_WHOLE_US
 WIDTH, HEIGHT = 1280, 720
 PAYLOADS = (0x25, 0x3C, 0x81, 0x5A, 0xE7, 0x12)
-MARKER_SHARE, CLUTTER_SHARE = 0.6, 0.3  # of the events; the rest is noise everywhere
-EVENTS_A_PIXEL = 1.2  # and edge, of a marker
+MARKER_SHARE, CLUTTER_SHARE = 0.6, 0.3  # of the events; the rest is noise on the whole sensor
+EVENTS_PER_PIXEL = 1.2  # of a marker, at each edge of its LED
 CLUTTER_EDGES = 60
 PATCH_PX, SQUARE_PX = 128, 64
-BRIGHT = 5.0  # the square's signal lit is 6 against 1 dark
-# What is measured must not change with the camera's constants, so these are the bench's own.
+BRIGHT = 5.0  # what the LED adds to the square's signal of 1
+# What is measured must not change with the camera's constants, so the bench has its own.
 LIGHT, PIXEL = Light(led_to_ambient=0.78), PixelModel(time_constant_us=150.0)
 FAST_READOUT = Readout(row_us=0.0, peak_mev_per_s=1e6, sustained_mev_per_s=1e6, buffer_events=2_000_000_000)
 
 
 def six_markers(mev_per_s: float, seconds: float, seed: int = 0) -> Events:
-    """A rate and a length in; six markers that blink among moving edges and noise on 1280x720 out, sorted."""
+    """Return the events of six blinking markers among moving edges and noise on 1280x720 pixels.
+
+    Parameters
+    ----------
+    mev_per_s : float
+        Events per microsecond.
+    seconds : float
+        Length of the stream [s].
+    seed : int
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (n,)
+        Events sorted by time, from 0.
+    """
     rng = np.random.default_rng(seed)
     total = mev_per_s * 1e6 * seconds
     length_us = round(seconds * 1e6)
@@ -55,12 +71,12 @@ def six_markers(mev_per_s: float, seconds: float, seed: int = 0) -> Events:
 
 
 def _marker(number: int, events: float, length_us: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """A square of pixels that answers to each edge of its LED."""
+    """Return x, y, polarity and time of a square of pixels that responds to each edge of its LED."""
     wave = LedWaveform(payload=PAYLOADS[number], phase_us=1000.0 * number)
     edges_us, levels = wave.steps(0, length_us)
-    an_edge = events / edges_us.size
-    side = max(3, round(float(np.sqrt(an_edge / EVENTS_A_PIXEL))))
-    counts = rng.poisson(an_edge, edges_us.size)
+    events_per_edge = events / edges_us.size
+    side = max(3, round(float(np.sqrt(events_per_edge / EVENTS_PER_PIXEL))))
+    counts = rng.poisson(events_per_edge, edges_us.size)
     n = int(counts.sum())
     t_us = np.repeat(edges_us, counts) + 60 + rng.exponential(50, n)
     x0, y0 = 213 + 427 * (number % 3) - side // 2, 180 + 360 * (number // 3) - side // 2
@@ -69,7 +85,7 @@ def _marker(number: int, events: float, length_us: int, rng: np.random.Generator
 
 
 def _clutter(n: int, length_us: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Upright edges that move sideways, each with one polarity."""
+    """Return x, y, polarity and time of upright edges that move sideways, each of one polarity."""
     start_px = rng.uniform(0, WIDTH, CLUTTER_EDGES)
     speed_px_per_s = rng.uniform(-400, 400, CLUTTER_EDGES)
     top = rng.integers(0, HEIGHT - 200, CLUTTER_EDGES)
@@ -80,10 +96,19 @@ def _clutter(n: int, length_us: int, rng: np.random.Generator) -> tuple[np.ndarr
 
 
 def square_scene(*, whole_sensor: bool) -> Scene:
-    """A 64x64 square, signal 1 dark and 6 lit, that blinks a packet; on 128x128 pixels, or on the whole sensor.
+    """Return a scene with a square of 64x64 pixels that blinks a packet, signal 1 dark and 6 lit.
 
-    All noise is on: threshold spread, bandwidth, dead time, noise of the level, background events
-    and hot pixels (on the whole sensor 5 Hz a pixel), and the readout. The link is taken to be fast enough.
+    All noise is on: threshold spread, bandwidth, refractory period, noise of the level, background activity (on the
+    whole sensor 5 Hz per pixel), hot pixels, and the readout. The link is fast enough for all events.
+
+    Parameters
+    ----------
+    whole_sensor : bool
+        True for 1280x720 pixels, False for a patch of 128x128.
+
+    Returns
+    -------
+    Scene
     """
     optics = Optics(width=WIDTH, height=HEIGHT) if whole_sensor else Optics(width=PATCH_PX, height=PATCH_PX)
     side_m = SQUARE_PX / optics.focal_px
@@ -96,19 +121,44 @@ def square_scene(*, whole_sensor: bool) -> Scene:
 
 
 def what_if_scene() -> Scene:
-    """A marker at 5 m, and no more of the sensor than it lights."""
+    """Return a scene with a marker at 5 m on a patch of 96x96 pixels."""
     placed = PlacedMarker(path=Still(Pose.facing(5.0)))
     return Scene(markers=(placed,), optics=Optics(width=96, height=96), light=Light())
 
 
 def still_scene(distance_m: float, size_m: float = 0.05, current_ma: float = 10.7) -> Scene:
-    """The paper's static marker."""
+    """Return the paper's static marker.
+
+    Parameters
+    ----------
+    distance_m : float
+    size_m : float
+        Side of the plate [m].
+    current_ma : float
+        LED current [mA].
+
+    Returns
+    -------
+    Scene
+    """
     marker = Marker(board=Board(size_m=size_m), current_ma=current_ma)
     return Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(distance_m))),))
 
 
 def pan_scene(distance_m: float, tangential_m_per_s: float, wall: Wall) -> Scene:
-    """The paper's moving camera, with a wall behind the marker."""
+    """Return the paper's panning camera, with a wall behind the marker.
+
+    Parameters
+    ----------
+    distance_m : float
+    tangential_m_per_s : float
+        Speed of the marker across the view [m/s].
+    wall : Wall
+
+    Returns
+    -------
+    Scene
+    """
     return Scene(
         markers=(PlacedMarker(path=Still(Pose.facing(distance_m))),),
         camera=pan(tangential_m_per_s, distance_m, start_deg=-5.0),
@@ -117,7 +167,7 @@ def pan_scene(distance_m: float, tangential_m_per_s: float, wall: Wall) -> Scene
 
 
 def near_scene() -> Scene:
-    """Three markers near enough for ArUco in the upper half of the picture, before an even wall."""
+    """Return three markers, near enough for ArUco, in the upper half of the image before a plain wall."""
     places = ((1.0, -0.2, -0.1, 0x25, 7), (1.2, 0.0, -0.12, 0x3C, 11), (1.5, 0.3, -0.15, 0x81, 3))
     return Scene(
         markers=tuple(
@@ -132,7 +182,21 @@ def near_scene() -> Scene:
 
 
 def filled_up(events: Events, mev_per_s: float, seconds: float) -> Events:
-    """Events in; the same and, in the lower half of the picture, moving edges up to a rate out."""
+    """Add moving edges in the lower half of the image until a stream has a rate.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+    mev_per_s : float
+        The rate to reach, in events per microsecond; a stream that has it already stays as it is.
+    seconds : float
+        Length of the stream [s].
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE
+        Events sorted by time.
+    """
     rng = np.random.default_rng(0)
     length_us = round(seconds * 1e6)
     missing = max(round(mev_per_s * 1e6 * seconds) - events.size, 0)
@@ -143,5 +207,5 @@ def filled_up(events: Events, mev_per_s: float, seconds: float) -> Events:
 
 
 def near_stream(mev_per_s: float, seconds: float) -> Events:
-    """A rate and a length in; what the camera sees of the near scene, filled up to the rate, out."""
+    """Return the events of the near scene, filled up to a rate; parameters are those of `filled_up`."""
     return filled_up(record(near_scene(), seconds, rng=0), mev_per_s, seconds)

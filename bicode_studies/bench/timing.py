@@ -1,4 +1,4 @@
-"""Time taken, and how idle the machine was meanwhile: every figure of ``bicode bench`` carries both."""
+"""How long work takes, and how busy the machine was meanwhile: every figure of ``bicode bench`` carries both."""
 
 from __future__ import annotations
 
@@ -15,19 +15,22 @@ from typing import Any
 import cv2
 import psutil
 
+ALL_THREADS = -1
+"""For `opencv_threads`: as many as OpenCV chooses."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """The best of some repeats, and the machine while they ran.
+    """The shortest of some repeats, and how busy the machine was while they ran.
 
     Parameters
     ----------
     cpu_s : float
-        Processor time of this process, all its threads [s].
+        Processor time of this process, summed over its threads [s].
     wall_s : float
-        Time by the clock [s].
+        Elapsed time [s].
     others : float
-        Share of the machine's processor time that others used, 0 .. 1.
+        Share of the machine's processor time that other programs used, 0 .. 1.
     load : float
         Load average over a minute, at the end.
     """
@@ -39,9 +42,21 @@ class Timing:
 
 
 def time_in_turn(repeats: int, *work: Callable[[], Any]) -> list[Timing]:
-    """A number of repeats and pieces of work in; each piece's best times out, taken in turn so that all share the load.
+    """Time pieces of work, in turn so that all meet the same load.
 
-    Each piece runs once before, which compiles what is not compiled and fills the caches.
+    Each piece runs once before, which compiles the kernels and fills the caches.
+
+    Parameters
+    ----------
+    repeats : int
+        How often each piece is timed.
+    *work : callable
+        Pieces of work without arguments.
+
+    Returns
+    -------
+    list of Timing
+        The shortest times of each piece.
     """
     for piece in work:
         piece()
@@ -58,38 +73,55 @@ def time_in_turn(repeats: int, *work: Callable[[], Any]) -> list[Timing]:
     return [Timing(cpu_s=min(c), wall_s=min(w), others=others, load=load) for c, w in zip(cpu, wall, strict=True)]
 
 
+def cpu_seconds(work: Callable[[], Any], repeats: int = 3) -> float:
+    """Return the shortest processor time of a piece of work [s], see `time_in_turn`."""
+    return time_in_turn(repeats, work)[0].cpu_s
+
+
 @contextmanager
-def all_opencv_threads() -> Iterator[None]:
-    """Within it OpenCV takes as many threads as it likes; afterwards as many as before."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(-1)
+def opencv_threads(number: int) -> Iterator[None]:
+    """Let OpenCV use a number of threads within a block, and as many as before after it.
+
+    Parameters
+    ----------
+    number : int
+        1 or more, or `ALL_THREADS`.
+    """
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(number)
     try:
         yield
     finally:
-        cv2.setNumThreads(threads)
+        cv2.setNumThreads(before)
 
 
 class Watch:
-    """From its making on it knows what share of the machine's processor time others used."""
+    """Measures from its creation on which share of the machine's processor time other programs use."""
 
     def __init__(self) -> None:
         self._start = self._now()
 
     def others(self) -> float:
-        """Nothing in, that share out, 0 .. 1."""
+        """Return the share of the machine's processor time that other programs have used so far, 0 .. 1."""
         wall, busy, own = (b - a for a, b in zip(self._start, self._now(), strict=True))
         return min(max((busy - own) / max(wall * (os.cpu_count() or 1), 1e-9), 0.0), 1.0)
 
     @staticmethod
     def _now() -> tuple[float, float, float]:
-        """Time, seconds all processors were busy, seconds this process and its children made them so."""
+        """Return the time, the busy time of all processors, and that of this process and its children [s]."""
         machine = psutil.cpu_times()
         busy = sum(machine) - machine.idle - getattr(machine, "iowait", 0.0) - getattr(machine, "guest", 0.0)
         return time.perf_counter(), busy, sum(os.times()[:4])
 
 
 def machine() -> dict[str, Any]:
-    """Nothing in; processor, cores, memory and versions out."""
+    """Describe this machine.
+
+    Returns
+    -------
+    dict
+        Processor, number of cores, memory in GB, system, and the versions of Python and of the computing libraries.
+    """
     return {
         "processor": _processor(),
         "cores": os.cpu_count(),
@@ -101,7 +133,7 @@ def machine() -> dict[str, Any]:
 
 
 def _processor() -> str:
-    """What the processor calls itself."""
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))

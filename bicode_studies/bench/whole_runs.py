@@ -1,4 +1,4 @@
-"""Rows of ``bicode bench`` that take minutes: the paper's whole evaluation, two workers against one, every notebook."""
+"""Rows of ``bicode bench`` that take minutes: the whole evaluation, two workers against one, all notebooks."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from typing import TypeVar
 from bicode_studies.bench.rows import Row
 from bicode_studies.bench.timing import Timing, Watch
 from bicode_studies.notebook.runner import run_all
-from bicode_studies.paper_experiments.figure_table import FIGURES, default_jobs, figure_table
+from bicode_studies.paper_experiments.results import FIGURES, run_figure
+from bicode_studies.sweep.workers import default_jobs
 
-PART = "09"  # one figure at full scale stands for all where workers are compared: long beside their start
+PART = "09"  # the figure that compares workers: at full scale it takes much longer than workers need to start
 
 Result = TypeVar("Result")
 
 
 def evaluation_row() -> Iterator[Row]:
-    """Figures 8 to 14 at the paper's scale, from an empty store, on all cores."""
+    """Measure Figs 8 to 14 at the paper's scale, from an empty store, on all cores."""
     jobs = default_jobs()
     timing = sweep_all(jobs)
     what = f"the paper's whole evaluation at full scale, {jobs} workers"
@@ -29,7 +30,7 @@ def evaluation_row() -> Iterator[Row]:
 
 
 def worker_row() -> Iterator[Row]:
-    """One figure at the paper's scale with one worker and with two."""
+    """Measure one figure at the paper's scale with one worker and with two."""
     one, two = (sweep_all(jobs, (PART,)) for jobs in (1, 2))
     ratio = one.wall_s / two.wall_s
     what = f"figure {int(PART)} at full scale, two workers against one"
@@ -39,7 +40,7 @@ def worker_row() -> Iterator[Row]:
 
 
 def notebook_row() -> Iterator[Row]:
-    """Every notebook with its short settings, as `make figures` runs them once it has installed."""
+    """Measure all notebooks with their short settings, as `make figures` runs them."""
     timing, runs = timed(partial(run_all, quick=True, jobs=os.cpu_count() or 1, only=""))
     failed = sum(not run.succeeded for run in runs)
     yield minutes_row(timing, name="notebooks", what=f"all {len(runs)} notebooks, short settings", reach=8.0,
@@ -47,21 +48,67 @@ def notebook_row() -> Iterator[Row]:
 
 
 def minutes_row(timing: Timing, *, name: str, what: str, reach: float, beside: str = "-") -> Row:
-    """A timing of many processes in; a row of minutes by the clock, since that is what is waited for, out."""
+    """Return a row of elapsed minutes, because that is how long one waits for many processes.
+
+    Parameters
+    ----------
+    timing : Timing
+    name, what, beside : str
+        See `Row`.
+    reach : float
+        The largest acceptable number of minutes.
+
+    Returns
+    -------
+    Row
+    """
     minutes = timing.wall_s / 60
     return Row(name=name, what=what, reach=reach, at_least=False, measured=minutes, by_clock=minutes, unit="min",
                beside=beside, others=timing.others, load=timing.load)  # fmt: skip
 
 
 def sweep_all(jobs: int, figures: Sequence[str] = FIGURES) -> Timing:
-    """A number of workers and figures in; how long their trials took at full scale from an empty store out."""
+    """Time the trials of figures at full scale, from an empty store.
+
+    Parameters
+    ----------
+    jobs : int
+        Number of workers.
+    figures : sequence of str
+
+    Returns
+    -------
+    Timing
+
+    Raises
+    ------
+    RuntimeError
+        If a trial fails.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        run = partial(figure_table, quick=False, jobs=jobs, store=Path(folder) / "sweeps.sqlite")
-        return timed(lambda: [run(figure) for figure in figures])[0]
+        run = partial(run_figure, quick=False, jobs=jobs, store=Path(folder) / "sweeps.sqlite")
+        timing, sweeps = timed(lambda: [run(figure) for figure in figures])
+    failed = "; ".join(sweep.failure_line() for sweep in sweeps if sweep.failures)
+    if failed:
+        raise RuntimeError(failed)
+    return timing
 
 
 def timed(work: Callable[[], Result]) -> tuple[Timing, Result]:
-    """Work that starts processes in; how long it took, with theirs, and what it gave out."""
+    """Time work that starts processes.
+
+    Parameters
+    ----------
+    work : callable
+        A function without arguments.
+
+    Returns
+    -------
+    timing : Timing
+        Processor time includes that of the processes.
+    result
+        What `work` returned.
+    """
     watch, before, started = Watch(), os.times(), time.perf_counter()
     result = work()
     cpu_s = sum(os.times()[:4]) - sum(before[:4])

@@ -8,37 +8,36 @@ import os
 from datetime import UTC, datetime
 
 import click
-import cv2
 from tqdm import tqdm
 
 from bicode_studies.bench.rows import GROUPS, Row
-from bicode_studies.bench.timing import Watch, machine
+from bicode_studies.bench.timing import Watch, machine, opencv_threads
 from bicode_studies.bench.whole_runs import evaluation_row, notebook_row, worker_row
-from bicode_studies.repository import repository_root
+from bicode_studies.repository import results_folder
 
 LONG = {"workers": worker_row, "notebooks": notebook_row, "evaluation": evaluation_row}
-IDLE = 0.1  # others' share of the machine up to which its figures may be quoted
+IDLE = 0.1  # share of the machine that other programs may use while its figures are still quoted
 
 
 @click.command()
-@click.option("--save", is_flag=True, help="Keep the table in benchmarks/, named after day and processor.")
-@click.option("--long", is_flag=True, help="Also workers, notebooks and the whole evaluation: half an hour.")
-@click.option("--only", type=click.Choice([*GROUPS, *LONG]), multiple=True, help="These rows alone.")
+@click.option("--save", is_flag=True, help="Save the table in results/bench/, named after day and processor.")
+@click.option("--long", is_flag=True, help="Also time workers, notebooks and the whole evaluation: half an hour.")
+@click.option("--only", type=click.Choice([*GROUPS, *LONG]), multiple=True, help="Measure only these rows.")
 def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
-    """Measure receiver, generator, start and memory on this machine, one core each.
+    """Measure receiver, generator, start and memory on this machine, on one core each.
 
-    Figures are by processor time, the best of some repeats, those by the clock beside them; on an
-    idle machine both are the same. "others" is the share of the machine that other programs used
-    meanwhile: compare ratios within one run, and quote figures of an idle machine only.
+    Figures are processor time, the shortest of some repeats, with the elapsed time beside them; on an idle machine both
+    are the same. "others" is the share of the machine that other programs used meanwhile: compare ratios within one
+    run, and quote figures of an idle machine only.
     """
-    cv2.setNumThreads(1)
     watch = Watch()
     rows: list[Row] = []
     every = {**GROUPS, **LONG}
-    for group in tqdm(only or list(every if long else GROUPS), unit=" groups", disable=None):
-        for row in every[group]():
-            rows.append(row)
-            tqdm.write(_line(row))
+    with opencv_threads(1):
+        for group in tqdm(only or list(every if long else GROUPS), unit=" groups", disable=None):
+            for row in every[group]():
+                rows.append(row)
+                tqdm.write(_line(row))
     about = machine()
     others = watch.others()
     click.echo("  ".join(f"{name} {value}" for name, value in about.items()))
@@ -49,7 +48,7 @@ def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
 
 
 def _line(row: Row) -> str:
-    """A row in, its line out."""
+    """Return a row as a line of text."""
     sign = ">=" if row.at_least else "<="
     verdict = "ok  " if row.is_met else "miss"
     return (
@@ -59,10 +58,12 @@ def _line(row: Row) -> str:
 
 
 def _save(rows: list[Row], about: dict[str, object]) -> str:
-    """Rows and the machine in, the file they were written to out."""
+    """Write rows and a description of the machine to a file of results/bench/ and return its name."""
     now = datetime.now(UTC)
-    name = "-".join(str(about["processor"]).lower().replace("(r)", "").split())
-    path = repository_root() / "benchmarks" / f"{now:%Y-%m-%d}-{name}-{about['cores']}-cores.json"
+    processor = "-".join(str(about["processor"]).lower().replace("(r)", "").split())
+    folder = results_folder() / "bench"
+    folder.mkdir(exist_ok=True)
+    path = folder / f"{now:%Y-%m-%d}-{processor}-{about['cores']}-cores.json"
     table = {"when": f"{now:%Y-%m-%d %H:%M} UTC", **about, "rows": [dataclasses.asdict(row) for row in rows]}
     path.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-    return str(path.relative_to(repository_root()))
+    return f"results/bench/{path.name}"
