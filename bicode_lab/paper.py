@@ -1,14 +1,12 @@
-"""The paper as data: the prototype (III) and the conditions of its experiments (IV).
+"""Numbers that the paper states: its prototype (III) and the conditions of its experiments (IV).
 
-"Bicode: A Hybrid Blinking Marker System for Event Cameras". Each value stands with the
-section that states it; what the paper leaves open is not here.
+The paper is "Bicode: A Hybrid Blinking Marker System for Event Cameras". A comment names the section of each value.
+What the paper leaves open is not in this file.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
-
-TITLE = "Bicode: A Hybrid Blinking Marker System for Event Cameras"
 
 # III-A, the marker unit
 F_ID_HZ = 1000.0  # Manchester bit rate
@@ -20,7 +18,6 @@ FIG_6_PAYLOAD = 0b00100101
 PLATE_THICKNESS_M = 0.005
 
 # III-B, the recognition unit
-SENSOR = "Prophesee EVK4"
 FOCAL_LENGTH_MM = 8.0
 F_NUMBER_VISIBLE = 5.6
 F_NUMBER_INFRARED = 2.0
@@ -32,7 +29,6 @@ DELTA_T_ID_US = 250
 # IV, the experiments
 OFFICE_LUX = 350.0  # IV-A
 EVENING_LUX = 2000.0  # IV-D
-STATIC_SECONDS = 6.7  # IV-A, about 200 periods
 FIG_8_CURRENTS_MA = (5.5, 10.7, 21.3)  # IV-A
 FIG_9_YAWS_DEG = (0.0, 40.0, 80.0)  # IV-B
 FIG_10_SIZES_M = (0.025, 0.05, 0.1)  # IV-C
@@ -43,7 +39,21 @@ FIG_14_SPEEDS_RPM = (16.0, 32.0, 64.0)  # IV-F
 
 
 class Range(NamedTuple):
-    """The farthest an ID was recognised under one condition, 350 lx, red LED."""
+    """The greatest distance at which the paper recognised an ID under one condition (350 lx, red LED).
+
+    Attributes
+    ----------
+    section : str
+        Section of the paper that states it.
+    current_ma : float
+        LED current [mA].
+    size_m : float
+        Side of the plate [m].
+    yaw_deg : float
+        Angle of the marker, out of its plane [deg].
+    distance_m : float
+        The distance [m].
+    """
 
     section: str
     current_ma: float

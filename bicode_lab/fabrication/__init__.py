@@ -6,7 +6,7 @@ parts        current -> resistor, list of parts
 transmitter  ID, packet format -> `bicode_tx.py` with its settings filled in
 """
 
-from bicode_lab.fabrication.drawing import Drawing, Layer, Path, Text, to_pdf, to_svg
+from bicode_lab.fabrication.drawing import Drawing, Layer, Polyline, Text, to_pdf, to_svg
 from bicode_lab.fabrication.parts import Driver, Led, leds, nearest_e24, parts_list
 from bicode_lab.fabrication.sheets import draw_paper, draw_plate, pocket_depth_mm
 from bicode_lab.fabrication.transmitter import transmitter_text
@@ -16,7 +16,7 @@ __all__ = [
     "Driver",
     "Layer",
     "Led",
-    "Path",
+    "Polyline",
     "Text",
     "draw_paper",
     "draw_plate",

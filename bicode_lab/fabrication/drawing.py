@@ -18,7 +18,7 @@ NARROW, WIDE = dict.fromkeys(" .,:;/!ijl|I'ft()[]-r", 0.29), dict.fromkeys("mwMW
 
 
 @dataclass(frozen=True, kw_only=True)
-class Path:
+class Polyline:
     """Straight lines through points, shape n pairs x, y [mm], x to the right, y down.
 
     Parameters
@@ -57,7 +57,7 @@ class Layer:
     colour: str
     filled: bool = False
     line_mm: float = 0.1
-    paths: tuple[Path, ...] = ()
+    paths: tuple[Polyline, ...] = ()
     texts: tuple[Text, ...] = ()
 
 
@@ -76,7 +76,7 @@ def to_svg(drawing: Drawing) -> str:
 
     Examples
     --------
-    >>> square = Path(loops=(((1, 1), (3, 1), (3, 3), (1, 3)),))
+    >>> square = Polyline(loops=(((1, 1), (3, 1), (3, 3), (1, 3)),))
     >>> cut = Layer(name="cut", colour="#ff0000", paths=(square,))
     >>> print(to_svg(Drawing(title="a square", width_mm=4, height_mm=4, layers=(cut,))))
     <?xml version="1.0" encoding="UTF-8"?>

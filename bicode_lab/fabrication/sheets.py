@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.fabrication.drawing import BASELINE_TO_MIDDLE, Drawing, Layer, Path, Point, Text
+from bicode_lab.fabrication.drawing import BASELINE_TO_MIDDLE, Drawing, Layer, Point, Polyline, Text
 from bicode_lab.marker import Board
 
 # A 5 mm LED, as makers draw it (e.g. NTE30048: 5.0 across, flange 5.7, 8.7 long); measure yours.
@@ -109,9 +109,9 @@ def draw_plate(board: Board, title: str) -> Drawing:
         height_mm=math.ceil(y + size + 20 + 4.6 * len(below) + 4),
         layers=(
             Layer(name=ENGRAVE, colour=BLACK, filled=True, paths=(_cells(board.cells(), (x, y), size),)),
-            Layer(name=CUT_POCKET, colour=MAGENTA, paths=(Path(loops=(pocket,), closed=False),)),
-            Layer(name=CUT_OUTLINE, colour=RED, paths=(Path(loops=(_box(x, y, size, size),)),)),
-            Layer(name=CUT_SHADING, colour=GREEN, paths=(Path(loops=(shading,)), Path(loops=(cover,)))),
+            Layer(name=CUT_POCKET, colour=MAGENTA, paths=(Polyline(loops=(pocket,), closed=False),)),
+            Layer(name=CUT_OUTLINE, colour=RED, paths=(Polyline(loops=(_box(x, y, size, size),)),)),
+            Layer(name=CUT_SHADING, colour=GREEN, paths=(Polyline(loops=(shading,)), Polyline(loops=(cover,)))),
             Layer(name=NOTES, colour=GREY, paths=(*marks, *_led(x + depth, middle)), texts=tuple(texts)),
         ),
     )
@@ -119,7 +119,7 @@ def draw_plate(board: Board, title: str) -> Drawing:
 
 def _dimensions(
     board: Board, depth: float, at: Point, places: tuple[float, float, float]
-) -> tuple[list[Path], list[Text]]:
+) -> tuple[list[Polyline], list[Text]]:
     """Where the plate and the shading plate are in, the dimension lines and their numbers out."""
     (x, y), (shade_x, cover_x, tongue), size = at, places, board.size_m * 1000
     middle, half, wide = y + size / 2, (LED_MM + CLEARANCE_MM) / 2, TONGUE_MM[1] / 2
@@ -164,9 +164,9 @@ def draw_paper(board: Board, title: str) -> Drawing:
     x, y = (width - side) / 2, 45.0
     plate = _box((width - size) / 2, y + (side - size) / 2, size, size)
     rule_x, rule_y = (width - 100) / 2, y + side + 22
-    ticks = [Path(loops=(((rule_x + 10 * i, rule_y - (3 if i % 5 else 5)), (rule_x + 10 * i, rule_y)),), closed=False)
-             for i in range(11)]  # fmt: skip
-    ticks.append(Path(loops=(((rule_x, rule_y), (rule_x + 100, rule_y)),), closed=False))
+    rule = [((rule_x + 10 * i, rule_y - (3 if i % 5 else 5)), (rule_x + 10 * i, rule_y)) for i in range(11)]
+    rule.append(((rule_x, rule_y), (rule_x + 100, rule_y)))
+    ticks = [Polyline(loops=(line,), closed=False) for line in rule]
     mark, label = _across(plate[0][0], plate[1][0], y - 4, f"{size:.2f}")
     lines = [
         "Print at 100 % (not fitted to the page): the line above must be 100 mm long.",
@@ -229,39 +229,41 @@ def outlines(cells: npt.NDArray[np.uint8]) -> list[list[tuple[int, int]]]:
     return loops
 
 
-def _cells(cells: npt.NDArray[np.uint8], at: Point, size: float) -> Path:
+def _cells(cells: npt.NDArray[np.uint8], at: Point, size: float) -> Polyline:
     """Cells in, their outlines on the sheet out."""
     cell = size / len(cells)
     loops = (tuple((at[0] + c * cell, at[1] + r * cell) for c, r in loop) for loop in outlines(cells))
-    return Path(loops=tuple(loops))
+    return Polyline(loops=tuple(loops))
 
 
 def _box(x: float, y: float, width: float, height: float) -> tuple[Point, ...]:
     return (x, y), (x + width, y), (x + width, y + height), (x, y + height)
 
 
-def _led(tip_x: float, middle: float) -> list[Path]:
+def _led(tip_x: float, middle: float) -> list[Polyline]:
     """The LED's outline, its round end at `tip_x`."""
     radius, end = LED_MM / 2, tip_x - LED_LONG_MM
     angles = np.linspace(-np.pi / 2, np.pi / 2, 25)
     dome = [(tip_x - radius + radius * math.cos(a), middle + radius * math.sin(a)) for a in angles]
     body = ((end + FLANGE_THICK_MM, middle - radius), *dome, (end + FLANGE_THICK_MM, middle + radius))
     flange = _box(end, middle - FLANGE_MM / 2, FLANGE_THICK_MM, FLANGE_MM)
-    leads = [Path(loops=(((end - 3, middle + d), (end, middle + d)),), closed=False) for d in (-1.27, 1.27)]
-    return [Path(loops=(body,), closed=False), Path(loops=(flange,)), *leads]
+    leads = [Polyline(loops=(((end - 3, middle + d), (end, middle + d)),), closed=False) for d in (-1.27, 1.27)]
+    return [Polyline(loops=(body,), closed=False), Polyline(loops=(flange,)), *leads]
 
 
-def _across(x0: float, x1: float, y: float, words: str, under: bool = False, beside: bool = False) -> tuple[Path, Text]:
+def _across(
+    x0: float, x1: float, y: float, words: str, under: bool = False, beside: bool = False
+) -> tuple[Polyline, Text]:
     """A dimension from left to right: its line with end marks, and its number."""
     line = (((x0, y), (x1, y)), ((x0, y - 1), (x0, y + 1)), ((x1, y - 1), (x1, y + 1)))
     at = (x1 + 1.5, y + 2.5 * BASELINE_TO_MIDDLE) if beside else ((x0 + x1) / 2, y + 3.2 if under else y - 1.2)
-    return Path(loops=line, closed=False), Text(at=at, words=words, size_mm=2.5, centred=not beside)
+    return Polyline(loops=line, closed=False), Text(at=at, words=words, size_mm=2.5, centred=not beside)
 
 
-def _upright(y0: float, y1: float, x: float, words: str) -> tuple[Path, Text]:
+def _upright(y0: float, y1: float, x: float, words: str) -> tuple[Polyline, Text]:
     """A dimension from top to bottom, its number to the left of it, read from below."""
     line = (((x, y0), (x, y1)), ((x - 1, y0), (x + 1, y0)), ((x - 1, y1), (x + 1, y1)))
-    return Path(loops=line, closed=False), Text(
+    return Polyline(loops=line, closed=False), Text(
         at=(x - 1.2, (y0 + y1) / 2), words=words, size_mm=2.5, centred=True, upright=True
     )
 

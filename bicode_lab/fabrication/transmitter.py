@@ -42,7 +42,7 @@ def transmitter_text(payload: int, packet_format: PacketFormat, pin: int = PIN_D
         "MANCHESTER": f'"{packet_format.manchester}"',
         "BIT_ORDER": f'"{packet_format.bit_order}"',
     }
-    text = files("bicode_lab.marker").joinpath(FILE).read_text(encoding="utf-8")
+    text = files("bicode_lab.fabrication").joinpath(FILE).read_text(encoding="utf-8")
     for name, value in settings.items():
         text, found = re.subn(rf"(?m)^{name} = \S+", f"{name} = {value}", text)
         if found != 1:
