@@ -14,10 +14,7 @@ from typing import Any
 
 from bicode_lab import paper
 from bicode_studies.paper_experiments.conditions import Condition
-from bicode_studies.paper_experiments.trial_rows import run_trial
 from bicode_studies.trial import PERIOD_S
-
-__all__ = ["FIGURES", "PERIOD_S", "Condition", "conditions", "run_trial", "seeds"]
 
 DISTANCES_M = (0.5, 1.0, 2.5, 5.0, 7.5, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0)
 QUICK_M = (1.0, 2.5, 10.0, 20.0, 30.0)
