@@ -1,4 +1,4 @@
-"""What if: maps over bit rate and delta_t_ID, shares over one setting; drawn from tables of `evaluation`."""
+"""Figures of notebook 15: maps over bit rate and delta_t_ID, and shares of periods over one setting."""
 
 from __future__ import annotations
 
@@ -22,23 +22,28 @@ def draw_rate_map(
     table: pd.DataFrame, ax: Axes, *, value: str, label: str, largest: float | None = None,
     bounds_hz: Sequence[float] = (),
 ) -> Axes:  # fmt: skip
-    """A value over bit rate and delta_t_ID in, a map with the sampling bound out; grey where it forbids.
+    """Draw a map of a value over bit rate and delta_t_ID, with the sampling limit; impossible places are grey.
 
-    Its legend is left to the figure, where maps stand side by side.
+    The legend is left to the figure, because maps stand side by side.
 
     Parameters
     ----------
     table : DataFrame
-        ``f_id_hz``, ``delta_t_id_us``, ``possible`` and the value, a row for each place of the grid.
+        ``f_id_hz``, ``delta_t_id_us`` and the column `value`, one row for each place of a grid; nan where it is
+        impossible.
     ax : Axes
     value : str
         Column to draw.
     label : str
         Quantity (unit) of the value.
     largest : float, optional
-        Drawn brightest; None takes the largest there is.
-    bounds_hz : (ever, surely), optional
-        Bit rates from which a period ever, and surely, holds a whole packet, drawn as lines.
+        Value of the brightest colour; None takes the largest in the table.
+    bounds_hz : (float, float), optional
+        Bit rates from which some periods, and all periods, hold a whole packet; drawn as lines.
+
+    Returns
+    -------
+    Axes
     """
     grid = table.pivot(index="delta_t_id_us", columns="f_id_hz", values=value)
     x, y = _edges(grid.columns.to_numpy(float)), _edges(grid.index.to_numpy(float))
@@ -49,23 +54,40 @@ def draw_rate_map(
     figure.colorbar(image, ax=ax, label=label)
     rates = np.geomspace(x[0], x[-1], 50)
     ax.plot(rates, 5e5 / rates, color="#D55E00", linewidth=2.2, label="delta_t_ID = 1 / (2 f_ID)")
-    words = ("some periods hold a packet", "every period does")
+    words = ("some periods hold a packet", "every period holds one")
     for bound_hz, style, text in zip(bounds_hz, (":", "--"), words, strict=False):
         if x[0] < bound_hz < x[-1]:
             ax.axvline(
-                bound_hz, color="#56B4E9", linestyle=style, linewidth=2.2, label=f"from {bound_hz:.0f} Hz {text}"
+                bound_hz, color="#56B4E9", linestyle=style, linewidth=2.2, label=f"from {bound_hz:.0f} Hz: {text}"
             )
     ax.set(xscale="log", yscale="log", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     ax.set(xlabel="bit rate f_ID (Hz)", ylabel="delta_t_ID (us)", facecolor=IMPOSSIBLE)
     _set_ticks(ax.xaxis, RATE_TICKS_HZ)
     _set_ticks(ax.yaxis, TIME_TICKS_US)
     ax.grid(visible=False)
-    ax.plot([], [], "s", color=IMPOSSIBLE, markersize=9, label="longer than a chip: impossible")
+    ax.plot([], [], "s", color=IMPOSSIBLE, markersize=9, label="impossible: longer than a chip")
     return ax
 
 
 def mark_choice(f_id_hz: float, delta_t_id_us: float, ax: Axes, *, name: str, paper: bool = False) -> Axes:
-    """A place of the map in, marked and named: hollow for the paper's choice, filled for another."""
+    """Mark and label one place of a map: hollow for the paper's choice, filled for another.
+
+    Parameters
+    ----------
+    f_id_hz : float
+        Bit rate [Hz].
+    delta_t_id_us : float
+        Length of a bin [us].
+    ax : Axes
+    name : str
+        Label.
+    paper : bool
+        Whether it is the paper's choice.
+
+    Returns
+    -------
+    Axes
+    """
     ax.plot(f_id_hz, delta_t_id_us, "o" if paper else "*", color="white" if paper else "#D55E00",
             markerfacecolor="none" if paper else "#D55E00", markersize=11 if paper else 15, markeredgewidth=2,
             markeredgecolor="white", zorder=6)  # fmt: skip
@@ -80,23 +102,31 @@ def draw_share(
     x: npt.ArrayLike, share: npt.ArrayLike, ax: Axes, *, label: str, xlabel: str, low: npt.ArrayLike | None = None,
     high: npt.ArrayLike | None = None, kind: Kind = "blinker", color: str | None = None, ticks: Sequence[float] = (),
 ) -> Axes:  # fmt: skip
-    """Shares over one setting in, with the ends of their intervals where there are any; a curve out.
+    """Draw a curve of shares over one setting, with bars for their intervals where these are given.
 
     Parameters
     ----------
     x : array_like, shape (n,)
+        Values of the setting.
     share : array_like, shape (n,)
         0 .. 1.
     ax : Axes
-    label, xlabel : str
-        For the legend; quantity (unit) of the setting.
+    label : str
+        Label in the legend.
+    xlabel : str
+        Quantity (unit) of the setting.
     low, high : array_like, shape (n,), optional
+        Ends of the intervals, 0 .. 1.
     kind : {"blinker", "2d"}
-        Solid with circles, or dashed with squares.
+        A solid line with circles, or a dashed line with squares.
     color : str, optional
-        None takes the next of the cycle.
+        None takes the next colour of the cycle.
     ticks : sequence of float
-        Marks of a logarithmic axis; without them it is even.
+        Ticks of a logarithmic axis; without them the axis is linear.
+
+    Returns
+    -------
+    Axes
     """
     value = np.asarray(share, float)
     bars = None
@@ -112,14 +142,14 @@ def draw_share(
 
 
 def _set_ticks(axis: Axis, ticks: Sequence[float]) -> None:
-    """A logarithmic axis in; marks at these numbers, written as they are."""
+    """Label a logarithmic axis at the given values."""
     axis.set_major_locator(FixedLocator(list(ticks)))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FormatStrFormatter("%g"))
 
 
 def _edges(middles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Rising middles of cells in, shape (n,), their edges on a logarithmic axis out, shape (n + 1,)."""
+    """Return the n + 1 edges of n cells on a logarithmic axis, from their rising centres."""
     log = np.log(middles)
     between = (log[1:] + log[:-1]) / 2
     first, last = 2 * log[0] - between[0], 2 * log[-1] - between[-1]

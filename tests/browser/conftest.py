@@ -1,4 +1,4 @@
-"""A real browser without a window, and the servers it looks at; skipped with a notice where there is no Chromium."""
+"""Fixtures: a headless browser and local servers; without Chromium the tests are skipped with a reason."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STARTS_WITHIN_S = 90
 
 
 def pytest_collection_modifyitems(items):
-    """Mark all tests of this folder, and skip them where they cannot run."""
+    """Mark all tests of this folder, and skip them if there is no Chromium."""
     here = Path(__file__).parent
     for item in items:
         if here in Path(item.path).parents:
@@ -35,7 +35,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
-    """One window for all tests."""
+    """Open one window for all tests."""
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
@@ -51,7 +51,7 @@ def browser(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def serve(tmp_path_factory):
-    """Starts a server (a Python module and its words; {port} is filled in) and waits for it; gives its address."""
+    """Return a function that starts a server from Python's arguments ({port} is filled in) and returns its address."""
     running = []
 
     def start(*words: str, path: str = "/") -> str:

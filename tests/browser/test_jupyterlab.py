@@ -1,4 +1,4 @@
-"""Notebook 00 as a newcomer has it: opened in JupyterLab, Run All Cells, nothing fails."""
+"""Test of notebook 00 in JupyterLab: Run All Cells runs without an error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RUN_S = 180
 
 @pytest.fixture
 def copy(tmp_path, monkeypatch):
-    """A copy of the notebook to run, in a home of its own: JupyterLab saves what it has run."""
+    """Copy the notebook to a temporary folder, because JupyterLab saves what it has run."""
     for name in ("CONFIG_DIR", "DATA_DIR", "RUNTIME_DIR"):
         monkeypatch.setenv(f"JUPYTER_{name}", str(tmp_path / name.lower()))
     for name in ("SETTINGS_DIR", "WORKSPACES_DIR"):
@@ -47,7 +47,7 @@ def test_all_cells_run_in_jupyterlab(browser, serve, copy):
 
 
 def _status(browser):
-    """What JupyterLab says of the kernel: Idle, Busy and so on."""
+    """Return the state of the kernel as JupyterLab shows it, such as Idle or Busy."""
     found = browser.find_elements("css selector", ".jp-Notebook-ExecutionIndicator")
     return found[0].get_attribute("data-status").capitalize() if found else ""
 
@@ -64,7 +64,7 @@ def _labelled(browser, group, text):
 
 
 def _ran(browser, copy):
-    """Save, and see in the file whether the last cell has run or any has failed."""
+    """Save, and return whether in the file all cells have run or any has failed."""
     _choose(browser, "File", "Save Notebook")
     time.sleep(1)
     code = [cell for cell in json.loads(copy.read_text())["cells"] if cell["cell_type"] == "code"]
@@ -72,8 +72,8 @@ def _ran(browser, copy):
     return failed or (all(cell["execution_count"] for cell in code) and _status(browser) == "Idle")
 
 
-def _until(is_so, seconds):
+def _until(condition, seconds):
     until = time.monotonic() + seconds
-    while not is_so():
-        assert time.monotonic() < until, f"not so after {seconds} s"
+    while not condition():
+        assert time.monotonic() < until, f"the condition does not hold after {seconds} s"
         time.sleep(0.3)

@@ -1,4 +1,4 @@
-"""The page of `bicode what-if` as a reader has it: it loads, a slider moves, all follows, the impossible is told."""
+"""Tests of the page of `bicode what-if` in a browser: it loads, and a moved slider changes words and pictures."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 READY_S = 60
-ANSWER_S = 15  # a busy machine's second
-NUMBERS = "events an ON"  # what the link budget holds once it is computed
+ANSWER_S = 15  # less than a second on an idle machine
+NUMBERS = "events per ON edge"  # a row of the link budget, which is computed last
 
 
 @pytest.fixture(scope="module")
 def page(browser, serve):
-    """The page, opened in a window as wide as a desk's and ready."""
+    """Open the page in a window of a desktop's width and wait until it is ready."""
     address = serve(
         "-c", "from bicode_studies.cli.main import main; main(['what-if', '--no-browser', '--port', '{port}'])"
     )
@@ -36,7 +36,7 @@ def _text(page, name):
 
 
 def _picture(page, name):
-    """What is in a picture now: a hash of its bytes, drawn by the browser from its blob."""
+    """Return a hash of the bytes of a picture as the browser has it now."""
     script = """
     const done = arguments[1], image = document.querySelector(arguments[0]);
     fetch(image.src).then(answer => answer.arrayBuffer()).then(bytes => done(Array.from(new Uint8Array(bytes))));"""
@@ -44,7 +44,7 @@ def _picture(page, name):
 
 
 def _move(page, name, steps):
-    """Move a slider with the arrow keys, as a reader may."""
+    """Move a slider with the arrow keys."""
     from selenium.webdriver.common.keys import Keys
 
     handle = page.find_element("css selector", f".bicode-{name} .noUi-handle")
@@ -53,7 +53,7 @@ def _move(page, name, steps):
 
 
 def _to_paper(page):
-    """Press the button that goes back, and wait."""
+    """Press the button for the paper's choice, and wait for its result."""
     page.find_element("css selector", ".bicode-controls button").click()
     _wait(lambda: "14 ms" in _text(page, "verdict") and not _is_stale(page), ANSWER_S)
 
@@ -67,10 +67,10 @@ def _resize(page, width, height):
     page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
 
-def _wait(is_so, seconds):
+def _wait(condition, seconds):
     until = time.monotonic() + seconds
-    while not is_so():
-        assert time.monotonic() < until, f"not so after {seconds} s"
+    while not condition():
+        assert time.monotonic() < until, f"the condition does not hold after {seconds} s"
         time.sleep(0.1)
 
 
@@ -79,13 +79,13 @@ def _box(page, name):
 
 
 def _keep_picture(page, name):
-    """Into the folder that `make page-pictures` names; tests write none."""
+    """Save a screenshot to the folder that `make page-pictures` names; without a folder do nothing."""
     if folder := os.environ.get("BICODE_PAGE_PICTURES"):
         time.sleep(1)
         page.save_screenshot(str(Path(folder) / name))
 
 
-def test_the_first_view_shows_an_answer_without_a_touch(page):
+def test_the_first_view_shows_a_result_without_any_action(page):
     verdict = _text(page, "verdict")
     assert "ID right" in verdict
     assert "as sent" in verdict
@@ -109,24 +109,24 @@ def test_a_moved_slider_changes_pictures_and_numbers(page):
         assert _picture(page, name) != old
 
 
-def test_an_impossible_choice_is_told_where_it_is_chosen_and_taken_back(page):
+def test_an_impossible_choice_is_explained_at_its_slider_and_taken_back(page):
     _to_paper(page)
     _move(page, "delta-t-id-us", 6)
     _wait(lambda: "impossible" in _text(page, "verdict"), ANSWER_S)
-    told = page.find_element("css selector", ".bicode-delta-t-id-us + .bicode-words").get_attribute("innerText")
-    assert "longer than one chip" in told
-    assert "choose" in told
+    words = page.find_element("css selector", ".bicode-delta-t-id-us + .bicode-words").get_attribute("innerText")
+    assert "longer than one chip" in words
+    assert "choose" in words
     assert _is_stale(page)
     _to_paper(page)
     assert "impossible" not in _text(page, "verdict")
 
 
-def test_a_packet_longer_than_the_period_is_told_and_answered(page):
+def test_a_packet_longer_than_the_period_is_explained_and_simulated(page):
     _to_paper(page)
     _move(page, "f-id-hz", -9)
     _wait(lambda: "56 ms" in _text(page, "verdict"), ANSWER_S)
-    told = page.find_element("css selector", ".bicode-f-id-hz + .bicode-words").get_attribute("innerText")
-    assert "no period ever holds a whole packet" in told
+    words = page.find_element("css selector", ".bicode-f-id-hz + .bicode-words").get_attribute("innerText")
+    assert "no period ever holds a whole packet" in words
     assert "0%" in _text(page, "verdict")
 
 
@@ -146,5 +146,5 @@ def test_on_a_phone_it_is_one_column_and_nothing_sticks_out(page):
     assert boxes["packet"]["bottom"] <= 844
     _keep_picture(page, "what_if_page_phone.png")
     page.execute_script("document.querySelector('.bicode-delta-t-whole-us').scrollIntoView({block: 'center'})")
-    assert 0 <= _box(page, "verdict")["top"] <= 10, "the numbers stay in sight"
+    assert 0 <= _box(page, "verdict")["top"] <= 10, "the numbers do not stay in sight"
     _resize(page, 1280, 960)

@@ -1,4 +1,4 @@
-"""bicode what-if: it says in one line what is missing, serves a page, and ends on Ctrl-C."""
+"""Tests of `bicode what-if`: errors take one line, the page is served, and Ctrl-C ends the command."""
 
 import importlib.util
 import os

@@ -1,4 +1,4 @@
-"""A choice is answered: in words where it is impossible, with a recording where it is not."""
+"""Tests of choices: an impossible one is refused in words, a possible one is simulated."""
 
 import itertools
 from dataclasses import fields, replace
@@ -8,23 +8,23 @@ import pytest
 
 from bicode_lab.recognition import ReceiverSettings
 from bicode_studies.what_if.ask import ask, ask_many, frames_showing
-from bicode_studies.what_if.choice import LIMITS, MOST_PIXEL_SECONDS, Choice, remarks
-from bicode_studies.what_if.packet_timing import whole_packet_chance
-from bicode_studies.what_if.packet_view import view
+from bicode_studies.what_if.choice import LIMITS, MOST_PIXEL_SECONDS, Choice, list_remarks
+from bicode_studies.what_if.packet_timing import whole_packet_probability
+from bicode_studies.what_if.packet_view import view_packet
 
 
-def test_the_choice_that_nobody_made_is_the_paper_one():
+def test_the_default_choice_is_the_papers():
     choice, receiver = Choice(), ReceiverSettings()
     for name in ("packet_format", "delta_t_whole_us", "delta_t_2d_us", "delta_t_blinker_us", "delta_t_id_us"):
         assert getattr(choice.receiver(), name) == getattr(receiver, name)
-    assert not [remark for remark in remarks(replace(choice, distance_m=2.5)) if remark.impossible]
+    assert not [remark for remark in list_remarks(replace(choice, distance_m=2.5)) if remark.impossible]
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_near_marker_is_read(seed):
-    answer = ask(Choice(distance_m=2.5), seed)
-    assert (answer.right, answer.found, answer.wrong_ids) == (answer.periods, answer.periods, 0)
-    assert answer.goodput_bps == pytest.approx(Choice().packet_format.payload_rate_bps, rel=0.05)
+    result = ask(Choice(distance_m=2.5), seed)
+    assert (result.right, result.found, result.wrong_ids) == (result.periods, result.periods, 0)
+    assert result.goodput_bps == pytest.approx(Choice().packet_format.payload_rate_bps, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -39,26 +39,26 @@ def test_a_near_marker_is_read(seed):
     ids=str,
 )
 def test_what_is_read_is_no_more_than_what_is_sent(choice):
-    answer = ask(choice, 1)
-    assert 0 <= answer.goodput_bps <= choice.packet_format.payload_rate_bps
-    assert 0 <= answer.right <= answer.found <= answer.periods
-    low, high = answer.accuracy[1:]
-    assert 0 <= low <= answer.accuracy[0] <= high <= 1
+    result = ask(choice, 1)
+    assert 0 <= result.goodput_bps <= choice.packet_format.payload_rate_bps
+    assert 0 <= result.right <= result.found <= result.periods
+    low, high = result.accuracy[1:]
+    assert 0 <= low <= result.accuracy[0] <= high <= 1
 
 
 @pytest.mark.parametrize("f_id_hz", [410, 500, 600, 700, 850])
 def test_periods_are_right_where_a_whole_packet_lies_in_them(f_id_hz):
     choice = Choice(f_id_hz=f_id_hz, distance_m=2.5)
-    answer = ask(choice, 0)
-    wave = answer.scene.markers[0].marker.waveform
+    result = ask(choice, 0)
+    wave = result.scene.markers[0].marker.waveform
     starts = wave.packet_starts(0, 1e6)
     ends = starts + wave.packet_us
-    borders = np.arange(answer.periods) * choice.delta_t_whole_us
+    borders = np.arange(result.periods) * choice.delta_t_whole_us
     slack_us = 500  # events come later than the light, and a packet may just fit or just not
     room = [((starts >= b) & (ends <= b + choice.delta_t_whole_us - slack_us)).any() for b in borders]
     maybe = [((starts >= b - slack_us) & (ends <= b + choice.delta_t_whole_us)).any() for b in borders]
-    assert sum(room) <= answer.right <= sum(maybe)
-    assert (sum(maybe) > 0) == (whole_packet_chance(33_000, choice.packet_format.packet_us) > 0)
+    assert sum(room) <= result.right <= sum(maybe)
+    assert (sum(maybe) > 0) == (whole_packet_probability(33_000, choice.packet_format.packet_us) > 0)
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_periods_are_right_where_a_whole_packet_lies_in_them(f_id_hz):
     ],
 )
 def test_an_impossible_choice_is_refused_in_words_at_its_setting(wrong, setting, words):
-    (remark,) = [remark for remark in remarks(Choice(**wrong)) if remark.impossible]
+    (remark,) = [remark for remark in list_remarks(Choice(**wrong)) if remark.impossible]
     assert remark.setting == setting
     assert words in remark.words
     with pytest.raises(ValueError, match=setting):
@@ -93,20 +93,20 @@ def test_an_impossible_choice_is_refused_in_words_at_its_setting(wrong, setting,
         ({"distance_m": 20}, "distance_m", "ID only, no pose"),
     ],
 )
-def test_a_doubtful_choice_is_answered_and_told(doubtful, setting, words):
-    told = {remark.setting: remark for remark in remarks(Choice(**doubtful))}
-    assert not told[setting].impossible
-    assert words in told[setting].words
+def test_a_doubtful_choice_is_simulated_and_remarked_on(doubtful, setting, words):
+    found = {remark.setting: remark for remark in list_remarks(Choice(**doubtful))}
+    assert not found[setting].impossible
+    assert words in found[setting].words
     ask(Choice(**doubtful))
 
 
-def test_every_corner_of_the_ranges_is_either_told_or_can_be_built():
+def test_every_corner_of_the_ranges_has_a_remark_or_can_be_built():
     names = list(LIMITS)
     possible = 0
     for corner in itertools.product(*LIMITS.values()):
         values = {n: int(v) if n.endswith(("_us", "_bits")) else v for n, v in zip(names, corner, strict=True)}
         choice = Choice(**values)
-        if not any(remark.impossible for remark in remarks(choice)):
+        if not any(remark.impossible for remark in list_remarks(choice)):
             possible += 1
             choice.receiver()
             scene = choice.scene(0)
@@ -115,7 +115,7 @@ def test_every_corner_of_the_ranges_is_either_told_or_can_be_built():
     assert possible > 0
 
 
-def test_many_are_answered_as_each_alone():
+def test_many_choices_give_what_each_gives_alone():
     choices = [Choice(delta_t_id_us=us, f_id_hz=f) for us in (100, 250, 500) for f in (800, 1500)]
     table = ask_many(choices, seeds=(0, 1))
     assert list(table["possible"]) == [True] * 5 + [False]
@@ -138,7 +138,7 @@ def test_workers_do_not_change_the_answer():
 
 
 def test_the_pattern_is_looked_for_on_the_whole_sensor():
-    """ArUco's smallest size is a share of the image: on the small window it would find smaller ones than a camera."""
+    """ArUco's smallest marker is a share of the image: in the small window it would find smaller ones than a camera."""
     near, far = (ask(Choice(distance_m=d), detect_2d=True) for d in (1.0, 12.0))
     assert near.right_2d == near.periods
     assert far.right_2d == 0
@@ -146,23 +146,23 @@ def test_the_pattern_is_looked_for_on_the_whole_sensor():
 
 
 def test_a_frame_longer_than_the_quiet_of_a_packet_always_shows_the_marker():
-    answer = ask(Choice(distance_m=2.5))
-    shares = [shown / n for shown, n in (frames_showing(answer, us) for us in (100, 1000, 4100))]
+    result = ask(Choice(distance_m=2.5))
+    shares = [shown / n for shown, n in (frames_showing(result, us) for us in (100, 1000, 4100))]
     assert shares[0] < shares[1] < shares[2] == 1.0  # quiet for 4 ms at most
 
 
 @pytest.mark.parametrize("changes", [{}, {"f_id_hz": 400}, {"distance_m": 60}, {"payload_bits": 16, "f_id_hz": 2000}])
 def test_a_view_shows_one_packet_of_it(changes):
     choice = replace(Choice(), **changes)
-    seen = view(ask(choice))
-    n_bins = round((seen.end_us - seen.start_us) / choice.delta_t_id_us)
-    assert seen.n_on.shape == seen.n_off.shape == (n_bins,)
-    assert seen.end_us - seen.start_us >= choice.packet_format.packet_us
-    assert set(np.unique(seen.frame)) <= {-1, 0, 1}
+    shown = view_packet(ask(choice))
+    n_bins = round((shown.end_us - shown.start_us) / choice.delta_t_id_us)
+    assert shown.n_on.shape == shown.n_off.shape == (n_bins,)
+    assert shown.end_us - shown.start_us >= choice.packet_format.packet_us
+    assert set(np.unique(shown.frame)) <= {-1, 0, 1}
     if changes == {}:
-        assert seen.packet is not None
-        assert seen.packet.payload == ask(choice).scene.markers[0].marker.payload
-        assert seen.frame.any()
+        assert shown.packet is not None
+        assert shown.packet.payload == ask(choice).scene.markers[0].marker.payload
+        assert shown.frame.any()
     if "distance_m" in changes:
-        assert seen.packet is None
-        assert seen.reason
+        assert shown.packet is None
+        assert shown.reason

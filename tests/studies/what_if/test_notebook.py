@@ -1,4 +1,4 @@
-"""Notebook 15 as a papermill job: any corner of its ranges is answered, in words where it is impossible."""
+"""Tests of notebook 15 as a papermill job: it answers at any corner of its ranges, in words where it is impossible."""
 
 import json
 from pathlib import Path
@@ -31,10 +31,10 @@ FASTEST = {
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({**SLOWEST, "distance_m": 2.5}, ["no period ever holds a whole packet", "your choice can be asked"]),
+        ({**SLOWEST, "distance_m": 2.5}, ["no period ever holds a whole packet", "your choice can be simulated"]),
         (SLOWEST, ["makes too many events in 200 ms", "for the paper's choice instead"]),
-        (SHORTEST, ["no period ever holds a whole packet", "ID only, no pose", "your choice can be asked"]),
-        (FASTEST, ["your choice can be asked"]),
+        (SHORTEST, ["no period ever holds a whole packet", "ID only, no pose", "your choice can be simulated"]),
+        (FASTEST, ["your choice can be simulated"]),
         (
             {"f_id_hz": 0.0, "payload_bits": 99, "checksum": "parity", "distance_m": -1.0},
             ["impossible: f_id_hz", "impossible: payload_bits", "'parity' is not known", "impossible: distance_m"],

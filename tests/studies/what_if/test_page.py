@@ -1,4 +1,4 @@
-"""The page without a browser: what a slider does to words, pictures and numbers."""
+"""Tests of the page without a browser: what a slider changes in words, pictures and numbers."""
 
 import io
 
@@ -6,7 +6,7 @@ import matplotlib.image
 import pytest
 
 from bicode_lab.recognition.decode import REASONS as DECODER_REASONS
-from bicode_studies.what_if.choice import Choice, remarks
+from bicode_studies.what_if.choice import Choice, list_remarks
 from bicode_studies.what_if.page import REASONS, SLIDERS, WhatIfPage, what_if_page
 
 
@@ -24,10 +24,10 @@ def stale(page):
     return ["bicode-stale" in part._dom_classes for part in (page.packet, page.frame, page.budget)]
 
 
-def test_it_begins_with_the_paper_choice_and_an_answer(page):
+def test_it_begins_with_the_papers_choice_and_its_result(page):
     assert page.choice == Choice()
     assert "ID right" in page.verdict.value
-    assert "events an ON" in page.budget.value
+    assert "events per ON edge" in page.budget.value
     for picture in (page.packet, page.frame):
         assert matplotlib.image.imread(io.BytesIO(picture.value)).std() > 0.05
     assert not any(stale(page))
@@ -57,12 +57,12 @@ def test_another_recording_changes_the_recording_and_not_the_choice(page):
         ("delta_t_whole_us", 5_000, "longer than the period"),
     ],
 )
-def test_an_impossible_choice_is_told_at_its_setting(page, name, value, words):
+def test_an_impossible_choice_is_explained_at_its_setting(page, name, value, words):
     page.sliders[name].value = value
-    wrong = [remark for remark in remarks(page.choice) if remark.impossible]
-    assert wrong
+    obstacles = [remark for remark in list_remarks(page.choice) if remark.impossible]
+    assert obstacles
     assert "impossible" in page.verdict.value
-    for remark in wrong:
+    for remark in obstacles:
         assert words in page.words[remark.setting].value
     assert all(stale(page))
     page.sliders[name].value = getattr(Choice(), name)
@@ -70,7 +70,7 @@ def test_an_impossible_choice_is_told_at_its_setting(page, name, value, words):
     assert not page.words["delta_t_id_us"].value
 
 
-def test_a_packet_longer_than_the_period_is_told_and_answered(page):
+def test_a_packet_longer_than_the_period_is_explained_and_simulated(page):
     page.sliders["f_id_hz"].value = 400
     assert "no period ever holds a whole packet" in page.words["f_id_hz"].value
     assert "0%" in page.verdict.value
@@ -82,7 +82,7 @@ def test_a_packet_longer_than_the_period_is_told_and_answered(page):
 def test_both_ends_of_every_slider_are_answered(page, name):
     for _, value in (SLIDERS_BY_NAME[name][0], SLIDERS_BY_NAME[name][-1]):
         page.sliders[name].value = value
-        impossible = any(remark.impossible for remark in remarks(page.choice))
+        impossible = any(remark.impossible for remark in list_remarks(page.choice))
         assert ("impossible" in page.verdict.value) == impossible
 
 

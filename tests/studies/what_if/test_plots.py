@@ -1,4 +1,4 @@
-"""Maps and shares: what is drawn is what was given."""
+"""Tests of the figures of notebook 15: the drawn values are the given ones."""
 
 import numpy as np
 import pandas as pd
