@@ -1,4 +1,4 @@
-"""``bicode what-if``: the sliders of notebook 15 as a page of their own, at an address of this machine."""
+"""``bicode what-if``: serve the sliders of notebook 15 as a page of their own on this machine."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from pathlib import Path
 import click
 
 ADDRESS = "127.0.0.1"
-FORGET = {"idle_timeout": 120, "interval": 30}  # s; a reader who has left leaves a kernel behind
+CULLING = {"idle_timeout": 120, "interval": 30}  # [s] ends the kernels of readers who have left
 PAGE = "from bicode_studies.what_if.page import what_if_page\n\nwhat_if_page()"
-# Voila's own template loads a font from the network; the page has to open without one.
+# Voila's own template loads a font from the network; this page must also open without a network.
 TEMPLATE = """{%- extends 'voila/templates/lab/index.html.j2' -%}
 {%- block notebook_css -%}
 {{ super() | replace("https://cdn.jsdelivr.net/npm/@fortawesome/fontawesome-free@^5/css/all.min.css", "data:text/css,")
@@ -25,12 +25,18 @@ TEMPLATE = """{%- extends 'voila/templates/lab/index.html.j2' -%}
 
 
 @click.command("what-if")
-@click.option("--port", type=click.IntRange(1, 65535), default=8866, show_default=True, help="Of the address.")
-@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@click.option(
+    "--port", type=click.IntRange(1, 65535), default=8866, show_default=True, help="Port of the page's address."
+)
+@click.option("--no-browser", is_flag=True, help="Print the address, but open no browser.")
 def what_if(port: int, no_browser: bool) -> int:
-    """Ask what if with sliders, on a page in the browser; Ctrl-C ends it."""
+    """Serve a page with sliders that shows how well a marker is read.
+
+    The page opens in the browser and shows what happens when the packet, the receiver's times, the marker or the light
+    are changed. Ctrl-C ends the command.
+    """
     if importlib.util.find_spec("voila") is None:
-        raise ValueError("the page needs voila, which is not here; install it with: pip install 'bicode-lab[app]'")
+        raise ValueError("the page needs voila, which is not installed; install it with: pip install 'bicode-lab[app]'")
     refuse_taken(port)
     with tempfile.TemporaryDirectory(prefix="bicode-what-if-") as folder:
         serve(Path(folder), port, no_browser)
@@ -38,7 +44,17 @@ def what_if(port: int, no_browser: bool) -> int:
 
 
 def refuse_taken(port: int) -> None:
-    """A port in; `ValueError` where something else listens on it, or it may not be used."""
+    """Raise an error if a port cannot be used.
+
+    Parameters
+    ----------
+    port : int
+
+    Raises
+    ------
+    ValueError
+        If something else listens on the port, or the user has no right to use it.
+    """
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -48,19 +64,28 @@ def refuse_taken(port: int) -> None:
 
 
 def serve(folder: Path, port: int, no_browser: bool) -> None:
-    """An empty folder and a port in; the page is written there and served until Ctrl-C."""
+    """Write the page to a folder and serve it until Ctrl-C.
+
+    Parameters
+    ----------
+    folder : Path
+        An empty folder.
+    port : int
+    no_browser : bool
+        Whether only the address is printed.
+    """
     from tornado.ioloop import IOLoop
     from voila.app import Voila
 
     from bicode_studies.notebook.runner import KERNEL_NAME, kernel_of_this_interpreter
 
     class Page(Voila):  # type: ignore[misc]
-        """Voila that says where it is once it is there."""
+        """Voila that prints its address as soon as it serves the page."""
 
         def listen(self) -> None:
-            """Wait for readers until Ctrl-C; the first thing that the loop does is to say where."""
-            said = f"the page is at http://{ADDRESS}:{port}/ (Ctrl-C ends it)"
-            IOLoop.current().add_callback(click.echo, said)
+            """Serve until Ctrl-C, and print the address first."""
+            message = f"the page is at http://{ADDRESS}:{port}/ (Ctrl-C ends it)"
+            IOLoop.current().add_callback(click.echo, message)
             super().listen()
 
     template = folder / "voila" / "templates" / "bicode"
@@ -72,13 +97,24 @@ def serve(folder: Path, port: int, no_browser: bool) -> None:
     os.environ["JUPYTER_PATH"] = os.pathsep.join(filter(None, [str(folder), os.environ.get("JUPYTER_PATH")]))
     with kernel_of_this_interpreter(folder):
         options = [f"--port={port}", f"--Voila.ip={ADDRESS}", "--Voila.log_level=ERROR", "--template=bicode"]
-        options += [f"--MappingKernelManager.cull_{what}={seconds}" for what, seconds in FORGET.items()]
+        options += [f"--MappingKernelManager.cull_{what}={seconds}" for what, seconds in CULLING.items()]
         logging.getLogger("tornado").setLevel(logging.ERROR)
         Page.launch_instance([str(notebook), *options, *(["--no-browser"] if no_browser else [])])
 
 
 def page_notebook(kernel_name: str) -> dict[str, object]:
-    """The name of a kernel in, the page as a notebook of one cell out."""
+    """Return the page as a notebook of one cell.
+
+    Parameters
+    ----------
+    kernel_name : str
+        Name of the Jupyter kernel that runs it.
+
+    Returns
+    -------
+    dict
+        The notebook in nbformat 4.5.
+    """
     cell: dict[str, object] = {
         "cell_type": "code",
         "id": "page",
