@@ -1,4 +1,4 @@
-"""The grids are the paper's, and a trial depends on nothing but its condition and seed."""
+"""The grids are those of the paper."""
 
 from __future__ import annotations
 
@@ -10,14 +10,11 @@ import pytest
 
 from bicode_lab import paper
 from bicode_studies.claims.figure_claims import NOON_LUX
-from bicode_studies.paper_experiments import trial_rows as trials
 from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.paper_experiments.grids import conditions, seeds
-from bicode_studies.paper_experiments.scenes import motion_duration_s
-from bicode_studies.paper_experiments.trial_rows import BOTH_FRAMES, run_trial
 from bicode_studies.trial import PERIOD_S
 
-ROW_22_M = [0.5, 1, 2.5, 5, 7.5, 10, 15, 20, 25, 30, 35, 40, 50]  # physics.md
+GRID_M = [0.5, 1, 2.5, 5, 7.5, 10, 15, 20, 25, 30, 35, 40, 50]
 CLAIMS = pd.read_csv(
     Path(__file__).resolve().parents[3] / "data" / "paper_claims.csv", dtype=str, keep_default_na=False, index_col="id"
 )
@@ -29,28 +26,13 @@ VARIED = {
     "12": ("speed_m_per_s", set(paper.FIG_12_SPEEDS_M_PER_S)),
     "14": ("rpm", set(paper.FIG_14_SPEEDS_RPM)),
 }
-CHEAP = {  # a condition of each figure that takes no second
-    "08": {"distance_m": 10.0, "current_ma": 10.7},
-    "09": {"distance_m": 10.0, "yaw_deg": 80.0},
-    "10": {"distance_m": 2.5, "size_m": 0.025},
-    "11": {"distance_m": 1.0, "band": "red"},
-    "12": {"distance_m": 10.0, "speed_m_per_s": 0.105},
-    "14": {"distance_m": 2.5, "rpm": 16.0},
-}
-ROW = {"seed", "periods", "events", "lost", "mev_per_s", "corner_px", "receiver", "frame_rule_2d", "id_right",
-       "marker_2d_right"}  # fmt: skip
-
-
-def cheap(figure: str, periods: int = 3) -> Condition:
-    matching = [c for c in conditions(figure) if CHEAP[figure].items() <= asdict(c).items()]
-    return replace(matching[0], duration_s=periods * PERIOD_S)
 
 
 @pytest.mark.parametrize("figure", FIGURES)
-def test_distances_are_those_of_row_22_within_the_figure_s_range(figure: str) -> None:
+def test_distances_are_those_of_the_grid_within_the_figure_s_range(figure: str) -> None:
     stated = CLAIMS["value"].get(f"F{int(figure)}.0", "0.5..50") if figure != "11" else "0.5..50"
     least, most = map(float, stated.split(".."))
-    expected = [at for at in ROW_22_M if least <= at <= most]
+    expected = [at for at in GRID_M if least <= at <= most]
     grid = pd.DataFrame([asdict(c) for c in conditions(figure)])
     others = [name for name in grid if name not in ("distance_m", "duration_s")]
     assert len(grid) == len(expected) * len(grid[others].drop_duplicates())
@@ -113,62 +95,3 @@ def test_the_quick_grid_has_all_settings_of_the_full_one_at_some_of_its_distance
 def test_a_figure_without_a_grid_is_refused() -> None:
     with pytest.raises(ValueError, match=r"'13' has no grid; choose one of 08"):
         conditions("13")
-
-
-@pytest.fixture(scope="module")
-def rows() -> dict[str, list[dict[str, object]]]:
-    """A cheap trial of each figure."""
-    return {figure: run_trial(cheap(figure), seed=1) for figure in FIGURES}
-
-
-@pytest.mark.parametrize("figure", FIGURES)
-def test_a_trial_s_rows_have_every_field(figure: str, rows: dict[str, list[dict[str, object]]]) -> None:
-    condition = cheap(figure)
-    kinds = [(row["receiver"], row["frame_rule_2d"]) for row in rows[figure]]
-    assert kinds == [("ours", "any")] + ([("ours", "count"), ("authors", "any")] if figure in BOTH_FRAMES else [])
-    for row in rows[figure]:
-        assert set(row) == ROW | set(asdict(condition))
-        assert {name: row[name] for name in asdict(condition)} == asdict(condition)
-        assert row["seed"] == 1
-        assert row["periods"] == 3
-        assert 0 <= row["id_right"] <= 3  # type: ignore[operator]
-        assert 0 <= row["marker_2d_right"] <= 3  # type: ignore[operator]
-        assert row["mev_per_s"] == pytest.approx(row["events"] / condition.duration_s / 1e6, rel=1e-3, abs=1e-6)  # type: ignore[operator]
-
-
-@pytest.mark.parametrize("figure", BOTH_FRAMES)
-def test_one_recording_serves_all_receivers(figure: str, rows: dict[str, list[dict[str, object]]]) -> None:
-    ours, graded, authors = rows[figure]
-    assert ours["events"] == graded["events"] == authors["events"]
-    assert graded["id_right"] == ours["id_right"]
-    assert authors["id_right"] <= ours["id_right"]  # type: ignore[operator]
-    assert authors["marker_2d_right"] <= ours["marker_2d_right"]  # type: ignore[operator]
-
-
-def test_nothing_is_lost_without_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trials, "periods_lost", lambda *_: 10**6)
-    ours, _, authors = run_trial(cheap("08"), seed=0)
-    assert ours["id_right"] == 3
-    assert authors["id_right"] == ours["id_right"]
-    assert authors["marker_2d_right"] == ours["marker_2d_right"]
-
-
-@pytest.mark.parametrize("figure", ["12", "14"])
-@pytest.mark.parametrize("lost", [0, 2, 10**6])
-def test_motion_loses_the_first_periods_of_the_whole_way(
-    monkeypatch: pytest.MonkeyPatch, figure: str, lost: int
-) -> None:
-    monkeypatch.setattr(trials, "periods_lost", lambda *_: lost)
-    condition = cheap(figure)
-    way_periods = motion_duration_s(condition) / PERIOD_S
-    ours, _, authors = run_trial(condition, seed=0)
-    assert ours["id_right"] == 3
-    assert authors["id_right"] == pytest.approx(3 * max(0, 1 - lost / way_periods), abs=1e-3)
-
-
-@pytest.mark.parametrize("figure", ["08", "12", "14"])
-def test_a_trial_is_a_pure_function_of_condition_and_seed(
-    figure: str, rows: dict[str, list[dict[str, object]]]
-) -> None:
-    assert run_trial(cheap(figure), seed=1) == rows[figure]
-    assert run_trial(cheap(figure), seed=2)[0]["events"] != rows[figure][0]["events"]
