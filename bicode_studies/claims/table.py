@@ -8,9 +8,8 @@ from pathlib import Path
 import pandas as pd
 
 from bicode_studies.claims.verdicts import VERDICTS, count_verdicts
-from bicode_studies.repository import repository_root, results_folder
-
-FIGURES = ("08", "09", "10", "11", "12", "14")
+from bicode_studies.paper_experiments.results import FIGURES, read_results
+from bicode_studies.repository import repository_root
 
 FRAMES = "fig_13_frames.csv"
 """The regions of Fig. 13. It has no sweep: a dozen single frames, which notebook 13 records and measures itself."""
@@ -42,12 +41,6 @@ def read_claims() -> pd.DataFrame:
     """
     path = repository_root() / "data" / "paper_claims.csv"
     return pd.read_csv(path, dtype=str, keep_default_na=False)
-
-
-def read_results(figure: str, quick: bool) -> pd.DataFrame | None:
-    """Read the trials of a figure from ``results/``; None where the table is missing."""
-    path = results_folder(quick) / f"{figure}.csv"
-    return pd.read_csv(path, dtype={"figure": str}) if path.is_file() else None
 
 
 def read_trials(quick: bool, figures: Path | None = None) -> dict[str, pd.DataFrame]:
