@@ -20,7 +20,7 @@ from mkdocs.structure.pages import Page
 from bicode_studies.cli.main import cli
 
 PACKAGES = ("bicode_lab", "bicode_studies")
-MODULE_ALONE = "::: {}\n    options:\n      members: []\n"
+MODULE_ALONE = "::: {}\n    options:\n      members: []\n      show_root_heading: false\n"
 HELP = re.compile(r"<!-- help: ([\w-]+) -->")
 OUTSIDE = re.compile(r'((?:href|src)=")((?:\.\./)+)')
 
