@@ -1,12 +1,11 @@
-"""Fig. 2 a, b, d, e and Fig. 3: events become frames.   events in delta_t -> image
+"""Turn events into frames (Fig. 2, boxes a, b, d, e; Fig. 3).
 
-The paper adds up the polarities (+1, -1) of each pixel's events over delta_t; the frame
-holds the sign of that sum (II-A). Other rules are offered, because a blink's ON and OFF
-events nearly cancel in the sum:
+The paper adds up the polarities (+1, -1) of the events of each pixel over delta_t; the frame holds the sign of that sum
+(II-A). There are other rules as well, because the ON and OFF events of a blink nearly cancel in the sum:
 
-    sum     sign of the sum of polarities                     the paper's text
-    last    polarity of the pixel's last event                as the authors' SDK draws frames
-    any     +1 where anything happened
+    sum     sign of the sum of the polarities (the paper's text)
+    last    polarity of the last event of the pixel (as the authors' SDK draws frames)
+    any     +1 where there is an event
 """
 
 from __future__ import annotations
@@ -26,20 +25,26 @@ Frame = npt.NDArray[np.int8]
 
 
 def accumulate(events: Events | CodedEvents, width: int, height: int, rule: FrameRule = "sum") -> Frame:
-    """The events of one delta_t in, the 3-valued frame out (Fig. 3).
+    """Accumulate the events of one delta_t into a 3-valued frame (Fig. 3).
 
     Parameters
     ----------
-    events : ndarray of EVENT_DTYPE, shape (n,)
+    events : ndarray of EVENT_DTYPE, shape (n,), or CodedEvents
+        The events of one delta_t.
     width, height : int
-        Sensor [px].
+        Sensor size [px].
     rule : {"sum", "last", "any"}
-        See the top of this file.
+        How the events of a pixel become its value, see the top of this file.
 
     Returns
     -------
     ndarray of int8, shape (height, width)
         -1, 0 or +1.
+
+    Raises
+    ------
+    ValueError
+        If the rule is not known, or if events lie outside the sensor.
 
     Examples
     --------
@@ -61,7 +66,23 @@ def accumulate(events: Events | CodedEvents, width: int, height: int, rule: Fram
 
 
 def count_events(events: Events | CodedEvents, width: int, height: int) -> npt.NDArray[np.int32]:
-    """The events of one delta_t in, how many each pixel made out, shape (height, width).
+    """Count the events of each pixel.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,), or CodedEvents
+    width, height : int
+        Sensor size [px].
+
+    Returns
+    -------
+    ndarray of int32, shape (height, width)
+        Number of events, 0 or more.
+
+    Raises
+    ------
+    ValueError
+        If events lie outside the sensor.
 
     Examples
     --------
@@ -76,37 +97,37 @@ def count_events(events: Events | CodedEvents, width: int, height: int) -> npt.N
 
 
 def frames(
-    chunks: Iterable[Events] | Events,
-    delta_t_us: int,
-    width: int,
-    height: int,
-    rule: FrameRule = "sum",
-    *,
-    t0_us: int | None = None,
+    chunks: Iterable[Events] | Events, delta_t_us: int, width: int, height: int, rule: FrameRule = "sum"
 ) -> Iterator[tuple[int, Frame]]:
-    """A stream of events in, frame after frame of delta_t_us out, the empty ones too.
+    """Turn a stream of events into frames of equal length; frames without events are included.
 
     Parameters
     ----------
-    chunks : iterable of event arrays, or one event array
+    chunks : iterable of ndarray of EVENT_DTYPE, or one such array
+        In the order of time. The first frame starts at the first event.
     delta_t_us : int
-        Time of one frame [us].
+        Time of one frame [us], 1 or more.
     width, height : int
-        Sensor [px].
+        Sensor size [px].
     rule : {"sum", "last", "any"}
-    t0_us : int, optional
-        Start of the first frame [us]; None takes the first event.
+        How the events of a pixel become its value, see `accumulate`.
 
     Yields
     ------
     t_us : int
         Start of the frame [us].
     frame : ndarray of int8, shape (height, width)
+        -1, 0 or +1.
+
+    Raises
+    ------
+    ValueError
+        If `delta_t_us` is below 1, time runs backwards, or events lie outside the sensor.
     """
     if delta_t_us < 1:
-        raise ValueError(f"delta_t_us={delta_t_us} is not a time; choose 1 or more")
+        raise ValueError(f"delta_t_us={delta_t_us} is shorter than one microsecond; choose 1 or more")
     expected: int | None = None
-    for start_us, events in windows(chunks, delta_t_us, t0_us=t0_us):
+    for start_us, events in windows(chunks, delta_t_us):
         while expected is not None and expected < start_us:
             yield expected, np.zeros((height, width), np.int8)
             expected += delta_t_us
@@ -124,7 +145,7 @@ def _add(codes, off, total):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _keep_last(codes, frame):  # type: ignore[no-untyped-def]
-    """Set each event's pixel to its polarity."""
+    """Set the pixel of each event to its polarity."""
     for i in range(codes.size):
         code = np.uint64(codes[i])
         frame[code >> ONE] = 1 if code & ONE else -1

@@ -1,6 +1,6 @@
-"""Fig. 2 f: pixels that look like a blinker become boxes.   kept pixels -> opened -> components -> merged
+"""Turn pixels that look like a blinker into boxes (Fig. 2, box f): opening, connected components, merging.
 
-All of it walks lists of kept pixels, of which there are few; no picture is looked through.
+The functions go through lists of kept pixels, of which there are few, and never through a whole frame.
 """
 
 from __future__ import annotations
@@ -9,12 +9,29 @@ import numpy as np
 
 from bicode_lab.kernels import njit
 
-MOST_BY_EIGHTS = 4  # a row of so many pixels to both sides lies in two words of eight
+MAX_REACH_OF_WORDS = 4  # a row of up to this many pixels to both sides lies in two words of eight pixels
 
 
 @njit(cache=True, nogil=True)
 def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-def]
-    """Kept pixels in, those that lie in a full square of kept ones stay first in the list; their number out."""
+    """Drop the kept pixels that lie in no full square of kept pixels (morphological opening).
+
+    Parameters
+    ----------
+    kept : ndarray of int32, shape (n,)
+        Numbers of the kept pixels, y width + x. Afterwards those that stay come first.
+    votes : ndarray of uint8, shape (height * width,)
+        Votes of each pixel, above 0 where it is kept. Those of dropped pixels become 0.
+    width, height : int
+        Sensor size [px].
+    side : int
+        Side of the square [px].
+
+    Returns
+    -------
+    int
+        Number of pixels that stay.
+    """
     stays = np.zeros(kept.size, np.bool_)
     for i in range(kept.size):
         y, x = kept[i] // width, kept[i] % width
@@ -38,10 +55,29 @@ def open_squares(kept, votes, width, height, side):  # type: ignore[no-untyped-d
 
 @njit(cache=True, nogil=True)
 def components(kept, votes, eights, width, height, reach, stack):  # type: ignore[no-untyped-def]
-    """Kept pixels in; x0 y0 x1 y1 pixels votes of each group of pixels no more than `reach` apart out.
+    """Group the kept pixels that are no more than `reach` apart (connected components).
 
-    Empties `votes` on the way, which serves as the mark of a pixel not yet in a group. `eights` is the same
-    memory, eight pixels a word: most of it is empty soon, and a look at a row's two ends tells.
+    Parameters
+    ----------
+    kept : ndarray of int32, shape (n,)
+        Numbers of the kept pixels, y width + x.
+    votes : ndarray of uint8, shape (height * width,)
+        Votes of each pixel, above 0 where it is kept. All become 0: they mark the pixels that are in no group yet.
+    eights : ndarray of uint64
+        The memory of `votes` with eight pixels per word. Most words soon are 0, so that looking at the two ends of a
+        row is enough.
+    width, height : int
+        Sensor size [px].
+    reach : int
+        Largest distance between neighbours in a group, in x and in y [px].
+    stack : ndarray of int32, shape (height * width,)
+        Working memory.
+
+    Returns
+    -------
+    ndarray of int64, shape (m, 6)
+        For each group the first and the last column and row as x0, y0, x1, y1 [px], the number of pixels and the sum
+        of their votes.
     """
     boxes = np.empty((kept.size, 6), np.int64)
     n_boxes = 0
@@ -59,7 +95,7 @@ def components(kept, votes, eights, width, height, reach, stack):  # type: ignor
             x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
             for ny in range(max(y - reach, 0), min(y + reach + 1, height)):
                 left, right = ny * width + max(x - reach, 0), ny * width + min(x + reach, width - 1)
-                if reach <= MOST_BY_EIGHTS and eights[left >> 3] | eights[right >> 3] == 0:
+                if reach <= MAX_REACH_OF_WORDS and eights[left >> 3] | eights[right >> 3] == 0:
                     continue
                 for neighbour in range(left, right + 1):
                     if votes[neighbour]:
@@ -74,7 +110,18 @@ def components(kept, votes, eights, width, height, reach, stack):  # type: ignor
 
 @njit(cache=True, nogil=True)
 def merge_overlapping(boxes):  # type: ignore[no-untyped-def]
-    """Boxes as x0 y0 x1 y1 pixels votes in; those that overlap joined, until none do, out."""
+    """Merge groups whose boxes overlap until none do.
+
+    Parameters
+    ----------
+    boxes : ndarray of int64, shape (n, 6)
+        As `components` returns them.
+
+    Returns
+    -------
+    ndarray of int64, shape (m, 6)
+        The same for the merged groups.
+    """
     merged = boxes.copy()
     i, n = 0, merged.shape[0]
     while i < n:

@@ -1,26 +1,26 @@
-"""Fig. 2 g, second half: what does the LED say?   ON and OFF counts -> edges -> chips -> packets
+"""Read packets from the ON and OFF counts of a region (Fig. 2, second half of box g).
 
-"This process begins with the 3 ms consecutive turning off of the LED" (III-B). The steps:
+"This process begins with the 3 ms consecutive turning off of the LED" (III-B). The steps are:
 
-1. Edges: the LED state of `led_state` turns. An edge is known to a bin of delta_t_ID; where
-   its events spill into the next bin, the centre of mass says more.
-2. Start: an off run longer than data can hold. Data hold runs of two chips at most, the start
-   is 2 start_bits chips and one or two more where its neighbours are off: the line is drawn
-   in the middle. The ON edge that ends it is the first of the data: chip 0 or chip 1.
-3. Clock: the grid of chips that fits the packet's edges best, over a range of chip lengths and
-   phases. ON and OFF edges have a phase each, because a pixel's latency differs between them,
-   and a transmitter's clock may be some percent off.
-4. Chips -> Manchester -> checksum, for both places of the first ON edge that the off run
-   allows. Chips that hold under both, with two payloads that pass, are a `conflict`.
+1. Edges: the state of the LED (`led_state`) changes. An edge is known to one bin of delta_t_ID; if its events spill
+   into the next bin, their centre of mass tells its time more exactly.
+2. Start: a run in which the LED is off for longer than it can be in data. Data are off for two chips at most. The start
+   lasts 2 start_bits chips, and one or two chips more if its neighbours are off. The limit lies in the middle between
+   the two. The ON edge that ends the run is the first edge of the data: that of chip 0 or of chip 1.
+3. Clock: the grid of chips that fits the edges of the packet best, over a range of chip lengths and phases. ON and OFF
+   edges have a phase each, because the latency of a pixel differs between them, and the clock of a transmitter may be
+   wrong by some percent.
+4. Chips, Manchester code, checksum: for both places of the first ON edge that the length of the off run allows. If both
+   give a payload that passes the checksum, and the two payloads differ, the reason is `conflict`.
 
-A packet fails with a reason; of several, the one of the step that was got furthest:
+Steps 1 to 3 are in `chips`. A packet that cannot be read has a reason. If several apply, it is that of the latest step:
 
-    no_events   nothing switched
-    no_start    edges, but no off run of the start's length ends in an ON edge
-    cut         the data end behind the span looked at, or the start begins ahead of it
-    manchester  the chips make no whole packet: a bit without its switch, or no quiet behind it
-    checksum    all bits read, but the checksum is another
-    conflict    two readings pass that differ (in one packet, or two packets in one period)
+    no_events   nothing switches
+    no_start    there are edges, but no off run as long as the start ends in an ON edge
+    cut         the data end after the counts, or the start begins before them
+    manchester  the chips make no whole packet: a bit without its edge, or no quiet after the data
+    checksum    all bits can be read, but the checksum differs
+    conflict    two readings that pass differ (in one packet, or two packets in one period)
 """
 
 from __future__ import annotations
@@ -32,24 +32,17 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.kernels import njit
 from bicode_lab.marker.manchester import Convention, manchester_decode
 from bicode_lab.marker.packet import PacketFormat, decode_data_bits
+from bicode_lab.recognition.chips import find_edges, find_starts, read_chips
 from bicode_lab.recognition.led_state import edge_gates
 
 Reason = Literal["no_events", "no_start", "cut", "manchester", "checksum", "conflict"]
 REASONS: tuple[Reason, ...] = ("no_events", "no_start", "cut", "manchester", "checksum", "conflict")
-"""Why there is no ID; each outranks those ahead of it."""
+"""Why there is no ID. Of several reasons, the one that is listed last is given."""
 
-CLOCK_STEPS = 12  # chip lengths tried on either side of the nominal one
-CLOCK_STEP = 0.005  # relative; 22 chips drift by a tenth of one: less than a bin
-UNSEEN_BINS = 1.5  # an edge this near the end of the data may not show yet
-RUN_SLACK_CHIPS = 1.25  # how much shorter the off run may look: a bin, an OFF edge's tail, 6 % of clock
-PHASES = 40  # places of the grid tried within a chip
-MISFIT_CHIPS = 0.2  # latency differs from edge to edge by about this much at 1 kHz
-NEARNESS = 0.3  # of two grids that fit, the one whose lines are nearer, and
-CLOCK_DOUBT = 3.0  # the one whose clock is less off: 0.03 points per percent
-OFF_LATER_CHIPS = 0.1  # OFF edges are seen this much later than ON edges, +- half a chip
+UNSEEN_BINS = 1.5  # an edge this near the end of the counts may not show yet
+RUN_SLACK_CHIPS = 1.25  # how much shorter the off run may look: a bin, the tail of an OFF edge, 6 % of the clock
 
 
 @dataclass(frozen=True)
@@ -59,18 +52,19 @@ class Packet:
     Parameters
     ----------
     start_us : int
-        First moment of its off time [us], the recording's own clock.
+        Start of its off time, in the time of the recording [us].
     end_us : int
-        The moment behind its last chip [us].
+        End of its last chip [us].
     payload : int or None
-        What was read; None where the chips are no bits.
+        Payload that was read; None if the chips are no bits.
     checksum_ok : bool
+        Whether the checksum holds and no other payload passes it, too.
     reason : str or None
-        None, or one of `REASONS`.
-    manchester : str or None
+        Why it cannot be read, one of `REASONS`; None if it can.
+    manchester : {"ieee", "thomas"} or None
         Convention it was read with.
     edge_us : int
-        Its first ON edge as seen [us].
+        Its first ON edge as the sensor sees it, latency included [us].
     """
 
     start_us: int
@@ -83,13 +77,13 @@ class Packet:
 
 
 class _Reading(NamedTuple):
-    """What a packet says if its first ON edge is chip number `place` of the data."""
+    """One reading of a packet: its first ON edge is taken as that of chip number `place` of the data."""
 
     place: int
     whole: bool
     payload: int | None
     convention: Convention | None
-    holds: bool
+    checksum_ok: bool
 
 
 def decode_packets(
@@ -103,30 +97,32 @@ def decode_packets(
     gate: float = 0.2,
     latency_us: float = 0.0,
 ) -> tuple[list[Packet], Reason | None]:
-    """ON and OFF counts of one region in, its packets and the reason where there is none out.
+    """Read the packets in the ON and OFF counts of one region.
 
     Parameters
     ----------
     n_on, n_off : array_like, shape (n,)
-        Counts per bin (Fig. 6).
+        Counts in each bin (Fig. 6).
     start_us : int
         Start of the first bin [us].
     delta_t_id_us : int
         Length of a bin [us].
     packet_format : PacketFormat
     conventions : sequence of {"ieee", "thomas"}, optional
-        Those to try; None takes the format's.
+        Manchester conventions to try; None takes that of the format.
     gate : float
-        See `led_state.edge_gates`; 0 is the paper's plain rule.
+        Fraction of the lead of a usual edge that a bin needs, 0 .. 1, see `led_state.edge_gates`; 0 is the paper's
+        plain rule.
     latency_us : float
-        From a rise of the light to its ON events [us]; taken off the packets' times, and nothing else.
+        Time from a rise of the light to its ON events [us]. It is subtracted from the start and the end of each packet
+        and has no other effect.
 
     Returns
     -------
     packets : list of Packet
-        In the order of time; each has its own reason.
+        In the order of time. Packets that cannot be read are included, each with its reason.
     reason : str or None
-        None if there is a packet at all, else "no_events" or "no_start".
+        None if there is a packet, readable or not, else "no_events" or "no_start".
 
     Examples
     --------
@@ -140,12 +136,12 @@ def decode_packets(
     """
     lead = np.asarray(n_on, np.int64) - np.asarray(n_off, np.int64)
     gate_on, gate_off = edge_gates(n_on, n_off, gate)
-    times, rises = _find_edges(lead, gate_on, gate_off)
+    times, rises = find_edges(lead, gate_on, gate_off)
     if not times.size:
         return [], "no_events"
     f = packet_format
     chip_bins = f.chip_us / delta_t_id_us
-    starts = _find_starts(times, rises, (f.start_bits + 1) * chip_bins)
+    starts = find_starts(times, rises, (f.start_bits + 1) * chip_bins)
     late_us = round(latency_us)
     packets = [
         _read_packet(
@@ -167,10 +163,10 @@ def _read_packet(
     f: PacketFormat,
     conventions: Sequence[Convention],
 ) -> Packet:
-    """The edges and the number of a packet's first ON edge in, the packet out."""
+    """Read the packet whose first ON edge is edge number `first`."""
     n_start, n_data = 2 * f.start_bits, 2 * f.data_bits
     nominal = f.chip_us / delta_t_id_us
-    chips, chip, phase = _read_chips(times, rises, first, n_data + f.start_bits, nominal)
+    chips, chip, phase = read_chips(times, rises, first, n_data + f.start_bits, nominal)
     run_chips = (times[first] - times[first - 1]) / nominal if first else np.inf
 
     def as_packet(reading: _Reading, reason: Reason | None) -> Packet:
@@ -195,101 +191,16 @@ def _read_packet(
         if run_chips < n_start + place - RUN_SLACK_CHIPS:
             continue
         shifted = np.concatenate([np.zeros(place, np.uint8), chips])
-        bits, switched = manchester_decode(shifted[:n_data], "ieee")
-        n_seen = int((n_bins - UNSEEN_BINS - times[first] - phase) / chip) + place  # the last edge may be yet to come
-        if not switched.all() or shifted[n_data : min(n_data + f.start_bits, n_seen)].any():
+        bits, has_edge = manchester_decode(shifted[:n_data], "ieee")
+        n_seen = int((n_bins - UNSEEN_BINS - times[first] - phase) / chip) + place  # the last edge may still be missing
+        if not has_edge.all() or shifted[n_data : min(n_data + f.start_bits, n_seen)].any():
             continue
         for convention in conventions:
-            payload, holds = decode_data_bits(bits if convention == "ieee" else 1 - bits, f)
-            readings.append(_Reading(place, whole, payload, convention, holds))
-    good = [reading for reading in readings if reading.holds]
+            payload, checksum_ok = decode_data_bits(bits if convention == "ieee" else 1 - bits, f)
+            readings.append(_Reading(place, whole, payload, convention, checksum_ok))
+    good = [reading for reading in readings if reading.checksum_ok]
     if any(reading.whole for reading in good):
         conflict = len({reading.payload for reading in good}) > 1
         return as_packet(next(reading for reading in good if reading.whole), "conflict" if conflict else None)
     readings = [reading for reading in readings if reading.whole and not good]
     return as_packet(readings[0], "checksum") if readings else as_packet(_Reading(0, False, None, None, False), reason)
-
-
-@njit(cache=True)
-def _find_edges(lead, gate_on, gate_off):  # type: ignore[no-untyped-def]
-    """Lead of ON over OFF per bin in; times of the state's turns [bins] and whether they rise out."""
-    times = np.empty(lead.size)
-    rises = np.empty(lead.size, np.bool_)
-    n = 0
-    state = -1
-    for b in range(lead.size):
-        says = 1 if lead[b] > gate_on else (0 if lead[b] < -gate_off else -1)
-        if says < 0 or says == state:
-            continue
-        sign = 1 if says else -1
-        mass = 0.0
-        moment = 0.0
-        for k in range(max(b - 1, 0), min(b + 2, lead.size)):
-            weight = max(sign * lead[k], 0)
-            mass += weight
-            moment += weight * (k + 0.5)
-        times[n] = moment / mass
-        rises[n] = says == 1
-        state = says
-        n += 1
-    return times[:n], rises[:n]
-
-
-@njit(cache=True)
-def _find_starts(times, rises, least_run):  # type: ignore[no-untyped-def]
-    """Edges in; numbers of the ON edges that end an off run of `least_run` bins or more out."""
-    starts = np.empty(times.size, np.int64)
-    n = 0
-    for i in range(times.size):
-        before = times[i - 1] if i else 0.0
-        if rises[i] and times[i] - before >= least_run:
-            starts[n] = i
-            n += 1
-    return starts[:n]
-
-
-@njit(cache=True)
-def _fit_clock(times, rises, first, last, nominal):  # type: ignore[no-untyped-def]
-    """Edges of one packet in; chip length [bins], phase of ON and of OFF edges [chips] that fit them best out.
-
-    An edge lies anywhere in its bin: it fits a grid line no farther than half a bin, and each
-    MISFIT_CHIPS more take a point off, up to one, so that a stray edge costs no more than that.
-    """
-    half_bin = 0.5 / nominal
-    best = -1e9
-    best_chip, best_on, best_off = nominal, 0.0, 0.0
-    scores = np.empty((2, PHASES))
-    for step in range(-CLOCK_STEPS, CLOCK_STEPS + 1):
-        chip = nominal * (1 + step * CLOCK_STEP)
-        scores[:] = 0.0
-        for i in range(first, last):
-            place = (times[i] - times[first]) / chip
-            row = 1 if rises[i] else 0
-            for k in range(PHASES):
-                away = place - k / PHASES
-                away = abs(away - np.floor(away + 0.5))
-                misfit = max(away - half_bin, 0.0) / MISFIT_CHIPS
-                scores[row, k] -= min(misfit, 1.0) + NEARNESS * away * away
-        k_on, k_off = np.argmax(scores[1]), np.argmax(scores[0])
-        score = scores[1, k_on] + scores[0, k_off] - CLOCK_DOUBT * abs(step) * CLOCK_STEP
-        if score > best:
-            best = score
-            best_chip, best_on, best_off = chip, k_on / PHASES, k_off / PHASES
-    best_on -= np.floor(best_on + 0.5)
-    later = best_off - best_on - OFF_LATER_CHIPS
-    return best_chip, best_on, best_on + OFF_LATER_CHIPS + later - np.floor(later + 0.5)
-
-
-@njit(cache=True)
-def _read_chips(times, rises, first, n_chips, nominal):  # type: ignore[no-untyped-def]
-    """Edges in; the chips from the first ON edge on, the chip's length and the grid's phase at that edge [bins] out."""
-    last = first
-    while last < times.size and times[last] - times[first] < (n_chips - 0.5) * nominal:
-        last += 1
-    chip, on_phase, off_phase = _fit_clock(times, rises, first, last, nominal)
-    chips = np.zeros(n_chips, np.uint8)
-    for i in range(first, last):
-        place = int(np.round((times[i] - times[first]) / chip - (on_phase if rises[i] else off_phase)))
-        for k in range(max(place, 0), n_chips):
-            chips[k] = 1 if rises[i] else 0
-    return chips, chip, on_phase * chip

@@ -1,9 +1,9 @@
-"""Events as pixel numbers: what the receiver's loops over events read.   events of one period -> one 32-bit code each
+"""Code each event of a period in 32 bits, for the loops of the receiver over events.
 
-An event is 16 bytes; where it was and which way it went fit into 4. The receiver reads a period
-twice, for the regions and for the counts in them, so the codes are made once, the sensor's edge
-is checked on the way, and the loops behind look at nothing but codes. Time is not in them: events
-are sorted, so a frame is a stretch of the period, and its ends are looked up.
+An event takes 16 bytes, while its pixel and its polarity fit into 4. The receiver reads a period twice: for the
+regions, and for the counts in them. So the codes are made once, which also checks that the events lie on the sensor,
+and the loops read the codes only. The codes do not hold the time: events are sorted, so that a frame is a contiguous
+part of a period, and its ends are looked up.
 """
 
 from __future__ import annotations
@@ -20,44 +20,55 @@ from numba.extending import intrinsic
 from bicode_lab.events import Events, words
 from bicode_lab.kernels import njit
 
-AHEAD = 32  # events between asking for a pixel's memory and working on it
+AHEAD = 32  # number of events between the request for a pixel's memory and the work on it
 LOW_16 = np.uint64(0xFFFF)
 ONE = np.uint64(1)
 
 
 @dataclass(frozen=True)
 class CodedEvents:
-    """The events of one period and their codes; good until the maker is called again.
+    """The events of one period and their codes, which are valid until their `EventCoder` is called again.
 
     Parameters
     ----------
     events : ndarray of EVENT_DTYPE, shape (n,)
     codes : ndarray of uint32, shape (n + AHEAD,)
-        2 (y width + x) + polarity, and some more behind the last that mean nothing.
+        2 (y width + x) + polarity of each event, followed by AHEAD entries of padding.
     """
 
     events: Events
     codes: npt.NDArray[np.uint32]
 
     def cuts(self, times_us: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        """Rising times in, shape (k,) [us]; number of the first event at or behind each out, shape (k,)."""
+        """Find the first event at or after each of several times.
+
+        Parameters
+        ----------
+        times_us : ndarray of int64, shape (k,)
+            Times in ascending order [us].
+
+        Returns
+        -------
+        ndarray of int64, shape (k,)
+            Number of the event; the number of events if there is none.
+        """
         cuts = np.empty(times_us.size, np.int64)
         _cut(words(self.events), times_us, cuts)
         return cuts
 
     def between(self, start_us: int, end_us: int) -> CodedEvents:
-        """Two times in, a view of the events with ``start_us <= t < end_us`` and their codes out."""
+        """Return a view of the events with ``start_us <= t < end_us`` [us] and of their codes."""
         first, end = self.cuts(np.array([start_us, end_us]))
         return CodedEvents(self.events[first:end], self.codes[first : end + AHEAD])
 
 
 class EventCoder:
-    """Memory for the codes of one sensor's events, used period after period.
+    """Coder of the events of one sensor; its memory is used again in every period.
 
     Parameters
     ----------
     width, height : int
-        Sensor [px], of fewer than 2^31 pixels.
+        Sensor size [px], fewer than 2^31 pixels in all.
     """
 
     def __init__(self, width: int, height: int) -> None:
@@ -66,12 +77,21 @@ class EventCoder:
         self._codes = np.zeros(AHEAD, np.uint32)
 
     def __call__(self, events: Events | CodedEvents) -> CodedEvents:
-        """Events in, the same with their codes out; those that have them are given back.
+        """Code events.
+
+        Parameters
+        ----------
+        events : ndarray of EVENT_DTYPE, shape (n,), or CodedEvents
+            Events that are coded already are returned as they are.
+
+        Returns
+        -------
+        CodedEvents
 
         Raises
         ------
         ValueError
-            Where events lie outside the sensor.
+            If events lie outside the sensor.
         """
         if isinstance(events, CodedEvents):
             return events
@@ -91,7 +111,7 @@ class EventCoder:
 
 @njit(cache=True)
 def _encode(events, width, codes):  # type: ignore[no-untyped-def]
-    """Words in, see `events.words`; their codes are filled in, and the largest x and y come out."""
+    """Fill in the codes of events, given as `events.words`; return the largest x and the largest y."""
     most_x, most_y = np.uint64(0), np.uint64(0)
     for i in range(events.shape[0]):
         word = np.uint64(events[i, 0])
@@ -103,7 +123,7 @@ def _encode(events, width, codes):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _cut(events, times_us, cuts):  # type: ignore[no-untyped-def]
-    """Halve until the first event at or behind each time is found."""
+    """Find the first event at or after each time by bisection."""
     low = 0
     for k in range(times_us.size):
         high = events.shape[0]
@@ -117,14 +137,14 @@ def _cut(events, times_us, cuts):  # type: ignore[no-untyped-def]
 
 
 def _prefetch(typingctx, table, index):  # type: ignore[no-untyped-def]
-    """Ask for the memory of table[index], and do not wait for it: a processor's own instruction.
+    """Emit the processor's prefetch instruction for ``table[index]``, which loads memory without waiting for it.
 
-    A table of all pixels is larger than a core's cache, and events jump about in it. The loops know
-    which pixel comes in AHEAD events, so its memory is on the way while they work.
+    A table of all pixels is larger than the cache of a core, and events access it in no order. The loops know the pixel
+    that comes AHEAD events later, so its memory is loaded while they work.
     """
 
     def code(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        """To be written to (1), to stay in the nearest cache (3), data (1)."""
+        """Call llvm.prefetch for data (last 1) that is written (first 1) and stays in the nearest cache (3)."""
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
         pointer = builder.gep(data, [arguments[1]])
         number = ir.IntType(32)

@@ -1,9 +1,8 @@
-"""Fig. 2 g, first half: is the LED on or off?   events in a region -> LED state over time
+"""Tell whether the LED is on or off from the events in a region (Fig. 2, first half of box g).
 
-A steady LED makes no events; only its switching does. So ON and OFF events are counted in
-bins of delta_t_ID, and the larger side names the state (II-B, Fig. 6). What is counted are
-pixels of the 3-valued delta_t_ID frame: those whose polarities add up to more, or to less,
-than 0 in the bin.
+A steady LED makes no events; only its edges do. So ON and OFF are counted in bins of delta_t_ID, and the larger count
+gives the state (II-B, Fig. 6). What is counted are the pixels of the 3-valued frame of delta_t_ID: those whose
+polarities add up to more than 0 in the bin, or to less.
 """
 
 from __future__ import annotations
@@ -23,12 +22,12 @@ CountKind = Literal["pixels", "events"]
 
 
 class LedCounter:
-    """Memory for one sensor's box numbers and pixel sums, made once and used period after period.
+    """Counter of ON and OFF in boxes of one sensor; its memory is used again in every period.
 
     Parameters
     ----------
     width, height : int
-        Sensor [px].
+        Sensor size [px].
     """
 
     def __init__(self, width: int, height: int) -> None:
@@ -45,24 +44,31 @@ class LedCounter:
         delta_t_id_us: int,
         count: CountKind = "pixels",
     ) -> tuple[Counts, Counts]:
-        """Events and boxes in, ON and OFF counts of every box and bin out.
+        """Count ON and OFF in every box and bin.
 
         Parameters
         ----------
-        events : ndarray of EVENT_DTYPE, shape (n,)
-            Those before `start_us` or behind the last bin are left out.
+        events : ndarray of EVENT_DTYPE, shape (n,), or CodedEvents
+            Events before `start_us` or after the last bin are left out.
         boxes : sequence of (x, y, w, h)
-            Where boxes overlap, the first one gets the pixel [px].
+            Where boxes overlap, the pixel belongs to the first one [px].
         start_us : int
             Start of the first bin [us].
         n_bins : int
+            Number of bins.
         delta_t_id_us : int
             Length of a bin [us].
         count : {"pixels", "events"}
+            Whether to count pixels of the 3-valued frame, or single events.
 
         Returns
         -------
         n_on, n_off : ndarray of int32, shape (len(boxes), n_bins)
+
+        Raises
+        ------
+        ValueError
+            If events lie outside the sensor.
         """
         coded = self._coder(events)
         box_of, slices = self._numbers(len(boxes)), [_inside(box) for box in boxes]
@@ -77,7 +83,7 @@ class LedCounter:
         return (counts & 0xFFFFFFFF).astype(np.int32), (counts >> 32).astype(np.int32)
 
     def _numbers(self, n_boxes: int) -> npt.NDArray[np.unsignedinteger]:
-        """How many boxes there are in; the box of each pixel, none so far, out: a byte while that is enough."""
+        """Return the table of each pixel's box, empty so far; a byte per pixel is enough for few boxes."""
         kind = np.uint8 if n_boxes < np.iinfo(np.uint8).max else np.uint32
         if kind not in self._box_of:
             shape = self._coder.height, self._coder.width
@@ -88,7 +94,7 @@ class LedCounter:
 def count_on_off(
     events: Events, box: Sequence[int], start_us: int, n_bins: int, delta_t_id_us: int, count: CountKind = "pixels"
 ) -> tuple[Counts, Counts]:
-    """Events and one box in, ON and OFF counts of each bin out, shape (n_bins,): the curves of Fig. 6.
+    """Count ON and OFF in one box and every bin: the curves of Fig. 6.
 
     Parameters
     ----------
@@ -98,10 +104,11 @@ def count_on_off(
     start_us : int
         Start of the first bin [us].
     n_bins : int
+        Number of bins.
     delta_t_id_us : int
         Length of a bin [us].
     count : {"pixels", "events"}
-        Pixels of the 3-valued frame, or single events.
+        Whether to count pixels of the 3-valued frame, or single events.
 
     Returns
     -------
@@ -123,17 +130,21 @@ def count_on_off(
 def led_state(
     n_on: npt.ArrayLike, n_off: npt.ArrayLike, *, gate_on: float = 0.0, gate_off: float = 0.0, before: int = 0
 ) -> npt.NDArray[np.uint8]:
-    """ON and OFF counts in, shape (n,); the LED's state in each bin out, shape (n,), 0 off, 1 on.
-
-    ON where ON counts lead, OFF where OFF counts lead, and as before where neither does (II-B).
+    """Decide the state of the LED in each bin: on where ON leads, off where OFF leads, else as before (II-B).
 
     Parameters
     ----------
     n_on, n_off : array_like, shape (n,)
+        Counts in each bin.
     gate_on, gate_off : float
-        Lead below which a bin says nothing; 0 is the paper's rule. See `edge_gates`.
+        Lead up to which a bin does not change the state; 0 is the paper's rule. See `edge_gates`.
     before : int
-        State ahead of the first bin.
+        State before the first bin: 0 off, 1 on.
+
+    Returns
+    -------
+    ndarray of uint8, shape (n,)
+        0 off, 1 on.
 
     Examples
     --------
@@ -147,11 +158,24 @@ def led_state(
 
 
 def edge_gates(n_on: npt.ArrayLike, n_off: npt.ArrayLike, share: float) -> tuple[float, float]:
-    """ON and OFF counts in; the lead that counts as an edge, for ON and for OFF, out: a share of a usual edge's.
+    """Compute the lead that a bin needs to count as an edge, for ON and for OFF.
 
-    A near marker's box holds thousands of pixels, and a single stray event in the quiet start would
-    turn the state of the paper's plain rule. A usual edge is sum(lead^2) / sum(lead) over the bins
-    that lead to its side: the mean lead, weighed by itself, so that tails of an edge hardly count.
+    The box of a near marker holds thousands of pixels. With the paper's plain rule, one stray event in the quiet start
+    would change the state. So a fraction of the lead of a usual edge is required. The lead of a usual edge is
+    sum(lead^2) / sum(lead) over the bins in which its polarity leads: the mean lead, weighted by the lead itself, so
+    that the tails of edges hardly count.
+
+    Parameters
+    ----------
+    n_on, n_off : array_like, shape (n,)
+        Counts in each bin.
+    share : float
+        Fraction of the lead of a usual edge, 0 .. 1; 0 is the paper's plain rule.
+
+    Returns
+    -------
+    gate_on, gate_off : float
+        Lead that ON has to exceed over OFF, and OFF over ON.
 
     Examples
     --------
@@ -167,22 +191,22 @@ def edge_gates(n_on: npt.ArrayLike, n_off: npt.ArrayLike, share: float) -> tuple
 
 
 def _inside(box: Sequence[int]) -> tuple[slice, slice]:
-    """A box in, the rows and columns of it that exist out."""
+    """Return the rows and the columns of a box, without those of negative number."""
     x, y, w, h = (int(value) for value in box)
     return slice(max(y, 0), max(y + h, 0)), slice(max(x, 0), max(x + w, 0))
 
 
 @njit(cache=True)
 def _count(codes, cuts, box_of, none, sums, counts, whole):  # type: ignore[no-untyped-def]
-    """ON and OFF of each box and bin, as two halves of a word, ON in the lower.
+    """Count ON and OFF of each box and bin into the two halves of a word, ON in the lower half.
 
-    `codes` are of `event_codes`, bin k is codes[cuts[k]:cuts[k + 1]], `none` the number of no box. What lies in
-    a box is put side by side, without a branch that would be guessed wrong; then two passes over that: add up,
-    and look once at each sum.
+    `codes` are those of `event_codes`; bin k is codes[cuts[k]:cuts[k + 1]]; `none` is the number that means no box. The
+    events inside boxes are gathered first, without a branch that the processor would predict wrongly. Two passes over
+    them follow: one adds up the polarities of each pixel, the other reads each sum once.
     """
     most = max(cuts[1:] - cuts[:-1]) if cuts.size > 1 else 0
     inside, box = np.empty(most, np.uint32), np.empty(most, box_of.dtype)
-    here = np.zeros(counts.shape[0], np.int64)  # of this bin
+    here = np.zeros(counts.shape[0], np.int64)  # counts of this bin
     for k in range(counts.shape[1]):
         part, ahead = codes[cuts[k] : cuts[k + 1]], codes[cuts[k] + AHEAD :]
         n = 0

@@ -1,10 +1,10 @@
-"""Fig. 2 c: which 2D marker, and how does it stand?   frame of delta_t_2D -> id, corners, pose
+"""Find 2D markers and their poses in a frame of delta_t_2D (Fig. 2, box c).
 
-ArUco with OpenCV's default parameters looks at the frame as at a picture (II-B, III-B). The
-plate's glowing cells make the events. On a "black" plate those are the pattern's black cells,
-so events are drawn dark on light; on a "white" plate light on dark.
+OpenCV's ArUco detector with default parameters is given the frame as an image (II-B, III-B). The glowing cells of the
+plate make the events. On a "black" plate these are the black cells of the pattern, so events are drawn dark on light;
+on a "white" plate they are drawn light on dark.
 
-Pixel centres are at whole numbers, here as in OpenCV: x = 0 is the middle of the left column.
+Pixel centres are at whole numbers, as in OpenCV: x = 0 is the middle of the left column.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from bicode_lab.recognition.accumulate import accumulate, count_events
 from bicode_lab.recognition.event_codes import CodedEvents
 from bicode_lab.recognition.settings import ReceiverSettings
 
-MARGIN_CELLS = 1  # of glowing margin around the pattern of a "white" plate, see `marker.board`
-COUNT_QUANTILE = 0.9  # of the pixels with events: their count is drawn at full contrast
+MARGIN_CELLS = 1  # width of the glowing margin around the pattern of a "white" plate, see `marker.board`
+COUNT_QUANTILE = 0.9  # this quantile of the counts, over the pixels with events, is drawn at full contrast
 BACK_TO_FRONT = np.diag([1.0, -1.0, -1.0])  # half a turn about x
 QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # about z
 Vector = tuple[float, float, float]
@@ -32,18 +32,18 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Marker2d:
-    """One recognised 2D marker.
+    """A 2D marker that was recognised in a frame.
 
     Parameters
     ----------
     id : int
         Number in the ArUco dictionary.
     corners : tuple of 4 pairs
-        Corners x, y of the pattern, from its own top left clockwise [px].
+        Corners x, y of the pattern, clockwise from its own top left corner [px].
     rvec : tuple of 3 floats
-        Rotation vector, marker to camera [rad]; camera axes x right, y down, z forward.
+        Rotation vector from marker axes to camera axes [rad]; camera axes are x right, y down, z forward.
     tvec : tuple of 3 floats
-        The pattern's middle in camera axes [m].
+        Centre of the pattern in camera axes [m].
     """
 
     id: int
@@ -52,9 +52,22 @@ class Marker2d:
     tvec: Vector
 
     def box(self, glow: Glow = "black", n_cells: int = 6) -> Box:
-        """The plate's engraving in; the box of all that glows out, x y w h [px]."""
+        """Return the box of everything that glows on the plate.
+
+        Parameters
+        ----------
+        glow : {"black", "white"}
+            Which cells of the plate are engraved, see `marker.board`.
+        n_cells : int
+            Number of cells along a side of the pattern, frame included.
+
+        Returns
+        -------
+        Box
+            In the frame, or partly outside it [px].
+        """
         corners = np.array(self.corners)
-        if glow == "white":  # the margin outside the pattern glows, too
+        if glow == "white":  # the margin outside the pattern glows as well
             corners = corners.mean(axis=0) + (corners - corners.mean(axis=0)) * (1 + 2 * MARGIN_CELLS / n_cells)
         x0, y0 = np.floor(corners.min(axis=0)).astype(int)
         x1, y1 = np.ceil(corners.max(axis=0)).astype(int)
@@ -62,17 +75,40 @@ class Marker2d:
 
 
 def frame_2d(events: Events | CodedEvents, settings: ReceiverSettings) -> npt.NDArray[np.int8] | npt.NDArray[np.int32]:
-    """The events of delta_t_2D in, the frame by the setting's rule out, shape (height, width)."""
+    """Accumulate the events of delta_t_2D by the rule `frame_rule_2d` of the settings.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,), or CodedEvents
+        The events of delta_t_2D.
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    ndarray, shape (height, width)
+        int8 with values -1, 0, +1; for the rule "count" int32 with the number of events of each pixel.
+    """
     if settings.frame_rule_2d == "count":
         return count_events(events, settings.width, settings.height)
     return accumulate(events, settings.width, settings.height, settings.frame_rule_2d)
 
 
 def to_image(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings: ReceiverSettings) -> npt.NDArray[np.uint8]:
-    """A frame in, the picture that ArUco is shown out, shape (height, width), 0 .. 255.
+    """Turn a frame into the image that is given to ArUco.
 
-    A 3-valued frame has two tones: anything that is not 0, and the rest. A count is scaled so that
-    its 90 % quantile over the pixels with events is full.
+    A 3-valued frame gives two tones, one for 0 and one for everything else. Counts are scaled so that their 90 %
+    quantile over the pixels with events has full contrast.
+
+    Parameters
+    ----------
+    frame : ndarray, shape (height, width)
+        See `frame_2d`.
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width)
+        Tones 0 (black) .. 255 (white).
 
     Examples
     --------
@@ -91,17 +127,18 @@ def to_image(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings: Rece
 
 
 def find_marker_2d(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings: ReceiverSettings) -> list[Marker2d]:
-    """A frame in, shape (height, width), the 2D markers seen in it with their poses out.
+    """Find the 2D markers in a frame, with their poses.
 
     Parameters
     ----------
     frame : ndarray, shape (height, width)
-        int8: 3-valued; int32: counts of events.
+        See `frame_2d`.
     settings : ReceiverSettings
 
     Returns
     -------
     list of Marker2d
+        Those whose pose can be computed.
     """
     corners, ids, _ = aruco_detector(settings.dictionary).detectMarkers(to_image(frame, settings))
     found = []
@@ -114,7 +151,19 @@ def find_marker_2d(frame: npt.NDArray[np.int8] | npt.NDArray[np.int32], settings
 
 
 def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vector, Vector] | None:
-    """Corners of a pattern in, shape (4, 2) [px]; rotation vector [rad] and translation [m] (or None) out.
+    """Compute the pose of a pattern from its corners.
+
+    Parameters
+    ----------
+    corners : array_like, shape (4, 2)
+        Corners x, y, clockwise from the pattern's own top left corner [px].
+    settings : ReceiverSettings
+        Focal length, principal point and size of the pattern.
+
+    Returns
+    -------
+    (rvec, tvec) or None
+        Rotation vector [rad] and position [m] in camera axes, see `Marker2d`; None if there is no pose.
 
     Examples
     --------
@@ -128,8 +177,9 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
     cx, cy = settings.principal_point_px
     camera = np.array([[settings.focal_px, 0, cx], [0, settings.focal_px, cy], [0, 0, 1.0]])
     seen = np.asarray(corners, np.float64).reshape(4, 2)
-    # OpenCV's IPPE loses rotations by half a turn, which is how a marker that looks at the camera is turned.
-    # So the pattern is taken as its back, the corner nearest to the image's top left first, and turned back after.
+    # OpenCV's IPPE fails on rotations by half a turn, which is the rotation of a marker that faces the camera. So the
+    # pattern is solved as seen from behind, beginning with the corner nearest to the top left of the image, and the
+    # rotation is corrected afterwards.
     first = int(np.argmin(seen.sum(axis=1)))
     back = np.roll(seen, -first, axis=0)[::-1]
     found = np.ascontiguousarray(back).reshape(4, 1, 2)
@@ -146,11 +196,11 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
 
 @lru_cache(maxsize=8)
 def aruco_detector(dictionary: str) -> cv2.aruco.ArucoDetector:
-    """The name of a dictionary in, a detector with default parameters out."""
+    """Return a detector with default parameters for the dictionary with this name; it is kept for the next call."""
     return cv2.aruco.ArucoDetector(aruco_dictionary(dictionary), cv2.aruco.DetectorParameters())
 
 
 def _without_lone_pixels(image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """A picture with events light in, the same without pixels that have no lit neighbour out."""
+    """Remove the light pixels that have no light neighbour."""
     neighbours = cv2.dilate(image, np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], np.uint8))
     return np.where(neighbours > 0, image, 0).astype(np.uint8)

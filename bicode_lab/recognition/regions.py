@@ -43,7 +43,7 @@ from bicode_lab.recognition.settings import FrameRule, ReceiverSettings
 MAX_BINS = 32  # half frames of a period: bits of half a word
 ON_SHIFT = np.uint64(32)  # the upper half of a pixel's word is for ON, the lower for OFF
 LOWER_HALF = np.uint64(0xFFFFFFFF)
-LEAST_MOMENTS = 3  # half frames with an event of the pixel's own
+MIN_HALF_FRAMES = 3  # half frames with an event of the pixel's own
 CLEAR_ALL = 16  # where more than this part of the pixels was touched, all are cleared at once
 
 
@@ -209,7 +209,7 @@ def _ask(touched, marks, asked):  # type: ignore[no-untyped-def]
         prefetch(marks, np.uint64(touched[min(i + AHEAD, touched.size - 1)]))
         own = marks[np.uint64(touched[i])]
         asked[n_asked] = touched[i]
-        n_asked += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= LEAST_MOMENTS
+        n_asked += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= MIN_HALF_FRAMES
     return n_asked
 
 

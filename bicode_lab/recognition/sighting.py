@@ -1,4 +1,4 @@
-"""What the receiver says of one track in one period, and tables of it."""
+"""Results of a receiver for one track in one period, and tables of them."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ COLUMNS = ("t_us", "track", "x", "y", "w", "h", "id", "reason", "n_packets", "ma
 
 @dataclass(frozen=True, kw_only=True)
 class Sighting:
-    """One track in one period.
+    """What a receiver says of one track in one period.
 
     Parameters
     ----------
     t_us : int
-        The period's start [us], the recording's own clock.
+        Start of the period, in the time of the recording [us].
     track : int
         Number of the track.
     x, y, w, h : int
-        Box, from its top left pixel [px].
+        Column and row of the top left pixel of the box, and its size [px].
     id : int or None
-        Payload of the packets whole inside the period whose checksum holds; None where there is none,
-        or where two differ.
+        Payload of the packets that lie whole inside the period and whose checksum holds; None if there is no such
+        packet, or if two of them differ.
     reason : str or None
-        Why there is no ID, one of `decode.REASONS`; None where there is one.
+        Why there is no ID, one of `decode.REASONS`; None if there is one.
     n_packets : int
-        Packets whole inside the period whose checksum holds.
+        Number of packets that lie whole inside the period and whose checksum holds.
     packets : tuple of Packet
-        All packets whole inside the period that made bits.
+        All packets that lie whole inside the period and could be read as bits.
     border_packets : tuple of Packet
         Packets that began in the period before and ended in this one; they do not count for the ID.
     marker_2d_id : int or None
-        Number of the 2D marker recognised in the box.
+        Number of the 2D marker that was recognised in the box.
     corners : tuple of 4 pairs, or None
-        Its corners x, y [px].
+        Corners x, y of its pattern [px].
     rvec, tvec : tuple of 3 floats, or None
-        Its pose, rotation vector [rad] and place [m] in camera axes.
+        Its pose in camera axes: rotation vector [rad] and position [m].
     """
 
     t_us: int
@@ -62,13 +62,25 @@ class Sighting:
     tvec: tuple[float, float, float] | None = None
 
     def row(self) -> dict[str, Any]:
-        """Nothing in, the row of the sightings' table out."""
+        """Return the row of the table of sightings, by the names of its columns."""
         return {name: getattr(self, name) for name in COLUMNS}
 
 
 @dataclass(frozen=True)
 class PacketRow:
-    """One packet of a track: first moment of its off time [us], track, what it says, whether its checksum holds."""
+    """One packet of a track.
+
+    Parameters
+    ----------
+    t_us : int
+        Start of the packet, in the time of the recording [us].
+    track : int
+        Number of the track.
+    id : int or None
+        Payload.
+    checksum_ok : bool
+        Whether the checksum holds.
+    """
 
     t_us: int
     track: int
@@ -77,14 +89,34 @@ class PacketRow:
 
 
 def packet_rows(sightings: Iterable[Sighting]) -> Iterator[PacketRow]:
-    """Sightings in, one row for each packet that made bits out, those across a period's border too, each once."""
+    """List the packets of sightings, each once; packets across the border of a period are included.
+
+    Parameters
+    ----------
+    sightings : iterable of Sighting
+        In the order of time.
+
+    Yields
+    ------
+    PacketRow
+        One for each packet that could be read as bits.
+    """
     for sighting in sightings:
         for packet in (*sighting.border_packets, *sighting.packets):
             yield PacketRow(packet.start_us, sighting.track, packet.payload, packet.checksum_ok)
 
 
 def to_table(sightings: Iterable[Sighting]) -> pd.DataFrame:
-    """Sightings in, a table with a row each out; whole numbers that may be missing are of type Int64.
+    """Make a table of sightings.
+
+    Parameters
+    ----------
+    sightings : iterable of Sighting
+
+    Returns
+    -------
+    DataFrame
+        One row for each sighting, with the columns `COLUMNS`. Whole numbers that may be missing are of type Int64.
 
     Examples
     --------
@@ -92,7 +124,7 @@ def to_table(sightings: Iterable[Sighting]) -> pd.DataFrame:
        t_us  track  id reason
     0     0      1  37   None
     """
-    import pandas as pd  # half a second that a decoder without tables need not wait for
+    import pandas as pd  # here, as it takes half a second, which a decoder without tables should not wait for
 
     rows = list(sightings)
     table = pd.DataFrame([sighting.row() for sighting in rows], columns=list(COLUMNS))

@@ -1,16 +1,16 @@
-"""Fig. 2 f, second half: which region is which, period after period?   regions -> tracks
+"""Follow regions from period to period (Fig. 2, second half of box f).
 
-SORT (Bewley et al. 2016): each track is a Kalman filter over seven numbers, a box's centre
-x, y, area and aspect ratio and the speeds of the first three; predictions and new regions
-are matched by overlap (IoU) with the Hungarian method.
+The method is SORT (Bewley et al. 2016). Each track is a Kalman filter over seven numbers: the centre x, y, the area and
+the aspect ratio of a box, and the speeds of the first three. Predictions and new regions are matched by their
+intersection over union (IoU) with the Hungarian method.
 
-Where this differs from the stock settings, and why:
+This differs from the usual settings in three ways:
 
-- min_hits is 1: the decoder judges by itself whether a region is a marker, so a track is
-  reported from its first period. Waiting for three hits in a row reports it in two of three.
-- max_age is 5 periods, not 1: a track outlives its marker being hidden, or too faint for a moment.
-- Boxes are padded by PAD_PX on all sides before the overlap is taken. The box of a marker
-  4 px wide changes by a pixel from period to period, which halves its IoU; padded, it does not.
+- min_hits is 1: a track is reported from its first period, because the decoder decides by itself whether a region is a
+  marker. Waiting for three hits in a row would report it in only two of three periods.
+- max_age is 5 periods, not 1: a track continues while its marker is hidden or too faint for a moment.
+- Boxes are padded by PAD_PX on all sides before the IoU is computed. The box of a marker that is 4 px wide changes by a
+  pixel from period to period, which halves the IoU without padding.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ PAD_PX = 4.0
 
 Array = npt.NDArray[np.float64]
 
-# State: x, y, area, aspect, and speeds of x, y, area, per period. SORT's own noise levels,
-# but for the speeds: a period is 33 ms, in which a marker may be set in motion at once.
+# State: x, y, area, aspect ratio, and the speeds of x, y, area per period. The noise is that of SORT, except for the
+# speeds: within a period of 33 ms a marker may start to move at full speed.
 MOTION = np.eye(7) + np.eye(7, k=4)
 MEASURED = np.eye(4, 7)
 MOTION_NOISE = np.diag([1.0, 1.0, 1.0, 0.01, 0.1, 0.1, 0.01])
@@ -37,44 +37,63 @@ MEASURED_NOISE = np.diag([1.0, 1.0, 10.0, 10.0])
 
 
 class Track:
-    """One region followed over periods: a 7-state constant-velocity Kalman filter.
+    """A region that is followed over periods: a constant-velocity Kalman filter with seven states.
 
     Parameters
     ----------
     number : int
-        The track's name, never used twice.
+        Number of the track, which no other track of the stream has.
     box : sequence of 4 numbers
         x, y, w, h of its first region [px].
+
+    Attributes
+    ----------
+    age : int
+        Number of periods since the region was last seen.
+    state : ndarray, shape (7,)
+        Centre x, y [px], area [px^2], aspect ratio w / h; speeds of x, y [px per period] and area [px^2 per period].
+    covariance : ndarray, shape (7, 7)
+        Covariance of the state.
     """
 
     def __init__(self, number: int, box: Sequence[float]) -> None:
         self.number = number
-        self.age = 0  # periods since it was last seen
-        self.hits = 1
+        self.age = 0
         self.state = np.concatenate([_to_measurement(box), np.zeros(3)])
         self.covariance = START_COVARIANCE.copy()
 
     def predict(self) -> Array:
-        """One period goes by; the box where the region should be now out, x y w h [px]."""
+        """Advance the track by one period.
+
+        Returns
+        -------
+        ndarray, shape (4,)
+            Predicted box x, y, w, h [px].
+        """
         if self.state[2] + self.state[6] <= 0:
-            self.state[6] = 0.0  # an area does not shrink below nothing
+            self.state[6] = 0.0  # the area stays above 0
         self.state = MOTION @ self.state
         self.covariance = MOTION @ self.covariance @ MOTION.T + MOTION_NOISE
         self.age += 1
         return self.box()
 
     def update(self, box: Sequence[float]) -> None:
-        """The region that was found in."""
+        """Correct the track with the region that was found.
+
+        Parameters
+        ----------
+        box : sequence of 4 numbers
+            x, y, w, h of the region [px].
+        """
         innovation = _to_measurement(box) - MEASURED @ self.state
         spread = MEASURED @ self.covariance @ MEASURED.T + MEASURED_NOISE
         gain = np.linalg.solve(spread, MEASURED @ self.covariance).T
         self.state = self.state + gain @ innovation
         self.covariance = (np.eye(7) - gain @ MEASURED) @ self.covariance
         self.age = 0
-        self.hits += 1
 
     def box(self) -> Array:
-        """Nothing in, the filtered box out, x y w h [px]."""
+        """Return the filtered box x, y, w, h [px], shape (4,)."""
         x, y, area, aspect = self.state[:4]
         w = float(np.sqrt(max(area, 1e-6) * max(aspect, 1e-6)))
         h = max(area, 1e-6) / w
@@ -87,9 +106,14 @@ class Tracker:
     Parameters
     ----------
     max_age : int
-        Periods a track survives without a region.
+        Number of periods that a track survives without a region.
     min_iou : float
-        Least overlap of padded boxes for a match, 0 .. 1.
+        Least intersection over union of padded boxes for a match, 0 .. 1.
+
+    Attributes
+    ----------
+    tracks : list of Track
+        The tracks that are alive.
     """
 
     def __init__(self, max_age: int = 5, min_iou: float = 0.1) -> None:
@@ -99,7 +123,18 @@ class Tracker:
         self._next_number = 1
 
     def update(self, boxes: Sequence[Sequence[float]]) -> list[Track]:
-        """The boxes of one period in, x y w h [px]; the track of each box, in the same order, out."""
+        """Match the boxes of one period with the tracks; a box without a match starts a track.
+
+        Parameters
+        ----------
+        boxes : sequence of (x, y, w, h)
+            Regions of the period [px].
+
+        Returns
+        -------
+        list of Track
+            The track of each box, in the order of the boxes.
+        """
         predicted = [track.predict() for track in self.tracks]
         found: dict[int, Track] = {}
         if predicted and len(boxes):
@@ -117,12 +152,12 @@ class Tracker:
         return [found[i] for i in range(len(boxes))]
 
     def skip(self, n_periods: int) -> None:
-        """A number of periods without any region in; their time goes by."""
+        """Let `n_periods` periods without any region pass."""
         for _ in range(min(n_periods, self.max_age + 1)):
             self.update([])
 
 
 def _to_measurement(box: Sequence[float]) -> Array:
-    """A box x y w h in; its centre, area and aspect ratio out."""
+    """Return the centre x, y, the area and the aspect ratio of a box x, y, w, h."""
     x, y, w, h = (float(value) for value in box)
     return np.array([x + w / 2, y + h / 2, w * h, w / h])

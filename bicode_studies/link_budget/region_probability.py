@@ -19,7 +19,7 @@ from scipy import ndimage
 
 from bicode_lab.marker import Marker
 from bicode_lab.recognition import ReceiverSettings
-from bicode_lab.recognition.regions import LEAST_MOMENTS, RegionFinder
+from bicode_lab.recognition.regions import MIN_HALF_FRAMES, RegionFinder
 
 Floats = npt.NDArray[np.float64]
 Slices = tuple[slice, slice]
@@ -68,7 +68,7 @@ class RegionProbability:
         for position in range(PACKET_POSITIONS):
             for z, weight in zip(NODES, WEIGHTS / WEIGHTS.sum(), strict=True):
                 blinks = votes[0][position] + z * votes[1][position] >= self._finder.min_votes - 0.5
-                fires_often = moments[0][position] + z * moments[1][position] >= LEAST_MOMENTS - 0.5
+                fires_often = moments[0][position] + z * moments[1][position] >= MIN_HALF_FRAMES - 0.5
                 box = self._box(blinks & fires_often)
                 found[box] = found.get(box, 0.0) + float(weight) / PACKET_POSITIONS
         y, x = crop[0].start, crop[1].start

@@ -13,7 +13,7 @@ from scipy import ndimage
 from bicode_lab.events import Events, make_events, merge, no_events
 from bicode_lab.marker import Board, Marker
 from bicode_lab.recognition import ReceiverSettings, Region, RegionFinder, find_regions
-from bicode_lab.recognition.regions import LEAST_MOMENTS
+from bicode_lab.recognition.regions import MIN_HALF_FRAMES
 
 SMALL = ReceiverSettings(width=200, height=150)
 
@@ -32,7 +32,7 @@ def papers_way(events: Events, s: ReceiverSettings) -> list[tuple[int, int, int,
     frames = near[:, :-1] | near[:, 1:]
     votes = (frames[0] & frames[1]).sum(axis=0)
     moments = (marks[0] | marks[1]).sum(axis=0)
-    kept = (votes >= np.ceil(s.min_blink_fraction * (n_bins - 1))) & (moments >= LEAST_MOMENTS)
+    kept = (votes >= np.ceil(s.min_blink_fraction * (n_bins - 1))) & (moments >= MIN_HALF_FRAMES)
     if s.opening_px > 1:
         kept = ndimage.binary_opening(kept, np.ones((s.opening_px, s.opening_px)))
     # At twice the size, pixels up to closing_px + 1 apart touch when each grows by closing_px on all sides.
