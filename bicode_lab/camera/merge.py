@@ -12,7 +12,7 @@ from bicode_lab.camera.recorder import CHUNK_US, Recorder
 from bicode_lab.camera.scene import Scene
 from bicode_lab.events import Events, copy_events, join, merge, no_events
 
-LONGEST_S = 1e6
+MAX_DURATION_S = 1e6
 
 
 def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Generator) -> Iterator[Events]:
@@ -37,7 +37,7 @@ def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Gener
     if scene.wall is not None:
         raise ValueError("the scene has a wall, but the recording is its background; take wall=None")
     quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, hot_pixels=0))
-    synthetic = iter(Recorder(quiet, LONGEST_S, rng))
+    synthetic = iter(Recorder(quiet, MAX_DURATION_S, rng))
     held = no_events()
     start_us: int | None = None
     drawn_us = 0  # the scene is drawn up to here

@@ -77,7 +77,7 @@ class Patch:
             waveforms=tuple(plate.waveform for plate in plates),
         )
 
-    def awake(self, state: PixelState, model: PixelModel) -> Patch:
+    def choose(self, state: PixelState, model: PixelModel) -> Patch:
         """The patch of those pixels only that can reach a threshold; the others settle on their signal."""
         margin = np.float32(NOISE_REACH * model.noise)
         chosen = _settle_or_choose(self.index, self.lowest, self.highest, self.last, state.reference,

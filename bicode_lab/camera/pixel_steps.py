@@ -22,12 +22,12 @@ U8 = npt.NDArray[np.uint64]
 
 LOG2_E = 1.4426950408889634
 LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
-MOST_EVENTS_A_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
-MOST_TIME_CONSTANTS = 600.0  # a stretch of more is at its aim long before its end
+MAX_EVENTS_PER_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
+MAX_TIME_CONSTANTS = 600.0  # a stretch of more is at its aim long before its end
 # Of pixels side by side: seven columns in one array, at distances that the compiler knows, or it would have to
 # make sure in vain that they do not overlap. The distance is no multiple of 4 kB, which would share cache lines.
-MOST_LANES = 1320
-OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MOST_LANES for k in range(7))
+MAX_LANES = 1320
+OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MAX_LANES for k in range(7))
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
 
 
@@ -73,11 +73,11 @@ def noise_from(key: np.uint64, moment: int) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def most_events(edges: F8, dead: float) -> int:
+def max_events(edges: F8, refractory_us: float) -> int:
     """Borders of stretches [us] and the time of a reset in, the most events a pixel can make in them out."""
     most = 0
     for k in range(edges.size - 1):
-        most += int(min(float(MOST_EVENTS_A_STRETCH), (edges[k + 1] - edges[k]) / max(dead, 1e-3) + 2))
+        most += int(min(float(MAX_EVENTS_PER_STRETCH), (edges[k + 1] - edges[k]) / max(refractory_us, 1e-3) + 2))
     return most
 
 
@@ -91,7 +91,7 @@ def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -
         for i in range(many):
             if free[i] > start and free[i] < end:
                 lanes[REF_OFF + i] = lanes[OFF_AIM + i] = lanes[OFF_AIM + i] * fast_exp((start - free[i]) * rate[i])
-                lanes[REST + i] = fast_exp(min((end - free[i]) * rate[i], MOST_TIME_CONSTANTS))
+                lanes[REST + i] = fast_exp(min((end - free[i]) * rate[i], MAX_TIME_CONSTANTS))
     for i in range(many):
         reaches = (lanes[REF_OFF + i] < -lanes[ON + i]) | (lanes[REF_OFF + i] > lanes[OFF + i])
         ready += reaches & (free[i] < end)
@@ -139,7 +139,7 @@ def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[i
 @njit(cache=True, error_model="numpy")
 def fire_stretch(
     many: int, start: float, end: float, keys: U8, moment: int, noise: float, light: F8, rate: F8,
-    level: F8, reference: F8, free: F8, on: F8, off: F8, dead: float, delay_on: float, delay_off: float,
+    level: F8, reference: F8, free: F8, on: F8, off: F8, refractory_us: float, delay_on: float, delay_off: float,
     places: I8, room: F8, lanes: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
     """The first `many` pixels through one stretch of constant light [us]: their events, and how many there are now.
@@ -158,11 +158,11 @@ def fire_stretch(
         The level, the level at the last reset, and when that ends [us]; all three are moved on.
     on, off : ndarray
         Thresholds.
-    dead, delay_on, delay_off : float
+    refractory_us, delay_on, delay_off : float
         How long a reset lasts; what is added to the times of events [us].
     places : ndarray
         Numbers of the pixels.
-    room, lanes : ndarray, shape (1 or more, many or more) and (7 * MOST_LANES,)
+    room, lanes : ndarray, shape (1 or more, many or more) and (7 * MAX_LANES,)
         For what lies between.
     pixels, times : ndarray
         Room for events, see `sensor.fire_lit_pixels`; `count` of them are there.
@@ -174,8 +174,8 @@ def fire_stretch(
         lanes[OFF_AIM + i], lanes[REF_OFF + i] = level[i] - aim[i], reference[i] - aim[i]
         lanes[ON + i], lanes[OFF + i] = on[i], off[i]
     for i in range(many):
-        lanes[REST + i] = fast_exp(min((end - start) * rate[i], MOST_TIME_CONSTANTS))
-        lanes[KEPT + i] = fast_exp(-dead * rate[i])
+        lanes[REST + i] = fast_exp(min((end - start) * rate[i], MAX_TIME_CONSTANTS))
+        lanes[KEPT + i] = fast_exp(-refractory_us * rate[i])
     more = _begin(many, start, end, rate, free, lanes)
     while more:
         more, count = _cross_once(many, lanes, pixels, times, count)
@@ -186,7 +186,7 @@ def fire_stretch(
         i, rises = who[j] >> 1, who[j] & 1
         crossing = free[i] - when[j] / rate[i]
         when[j] = crossing + (delay_on if rises else delay_off)
-        free[i] = crossing + dead
+        free[i] = crossing + refractory_us
         who[j] = np.uint32(2 * places[i] + rises)
     for i in range(many):
         level[i] = aim[i] + lanes[OFF_AIM + i] / lanes[REST + i]

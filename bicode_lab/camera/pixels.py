@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MOST_LANES, U4, fast_log, fire_stretch, most_events, noise_key
+from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MAX_LANES, U4, fast_log, fire_stretch, max_events, noise_key
 from bicode_lab.constants import constant
 from bicode_lab.kernels import njit
 
@@ -116,7 +116,7 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
 def fire_lit_pixels(
     first: int, index: I4, ambient: F4, glow: F4, edges: F8, moments: I8, levels: F4, maps: I4,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
-    seed: np.uint64, noise: float, tau_us: float, dead: float, delay_on: float, delay_off: float,
+    seed: np.uint64, noise: float, tau_us: float, refractory_us: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Lit pixels through a span of time, pixel by pixel.
@@ -151,8 +151,8 @@ def fire_lit_pixels(
         ``next_pixel == n`` once all are done.
     """
     stretches, markers = levels.shape
-    most = most_events(edges, dead)
-    room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MOST_LANES)
+    most = max_events(edges, refractory_us)
+    room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MAX_LANES)
     signal, light, rate, v, ref, free, on, off = (  # apart one by one: no loop over rows of `a, b = room` is wide
         room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8]
     )  # fmt: skip
@@ -187,7 +187,7 @@ def fire_lit_pixels(
                 light[i], rate[i] = shone[held, i], shone[held + 1, i]
             count = fire_stretch(
                 many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
-                dead, delay_on, delay_off, places, room, lanes, pixels, times, count,
+                refractory_us, delay_on, delay_off, places, room, lanes, pixels, times, count,
             )  # fmt: skip
         for i in range(many):
             at = index[lead + i]

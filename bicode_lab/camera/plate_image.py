@@ -22,7 +22,7 @@ from bicode_lab.marker import Board, Marker
 
 Image = npt.NDArray[np.float32]
 
-SHAPE_TOLERANCE = 0.02  # a template serves until a side of the plate has changed by this share
+SHAPE_TOLERANCE = 0.02  # a template still_fits until a side of the plate has changed by this share
 EDGE_LOBE = 5  # side faces shine as cos^5 off their normal: half at 30 deg, as bullet LEDs do; assumption
 HALO_REACH = 3.0  # the halo is drawn out to this many of its standard deviations
 
@@ -75,7 +75,7 @@ class PlateImage:
         if plate_box(self.marker.board, pose, self._optics).is_empty:
             nothing = np.zeros((box.h, box.w), np.float32)
             return nothing, nothing
-        if self._template is None or not serves(self._template, self.marker.board, pose, self._optics):
+        if self._template is None or not still_fits(self._template, self.marker.board, pose, self._optics):
             self._template = make_template(self.marker.board, pose, self._optics, self._edge_glow)
         return read_template(self._template, pose, self._optics, box)
 
@@ -173,7 +173,7 @@ def shape_px(board: Board, pose: Pose, optics: Optics) -> Floats:
     return np.array([np.hypot(*(corners[a] - corners[b])) for a, b in pairs])
 
 
-def serves(template: Template, board: Board, pose: Pose, optics: Optics) -> bool:
+def still_fits(template: Template, board: Board, pose: Pose, optics: Optics) -> bool:
     """True where the template still has the shape of the plate in this pose."""
     now = shape_px(board, pose, optics)
     return bool(np.all(np.abs(now - template.shape_px) <= SHAPE_TOLERANCE * template.shape_px + 0.02))

@@ -87,7 +87,7 @@ class Recorder:
         self._images += [LampImage(lamp, scene.optics, scene.light) for lamp in scene.lamps]
         with self._watch("start"):
             self._state = self._settled_pixels()
-        self._asleep = np.zeros(self._state.level.size, bool)
+        self._skipped = np.zeros(self._state.level.size, bool)
         self._before = (np.empty((0, 3, 3)), np.empty(0), np.empty(0, np.int64))
         self._hot = self._pick_hot_pixels()
         self._boxes: list[Box] = []
@@ -189,7 +189,7 @@ class Recorder:
         for patch in self._patches:
             with self._watch("choose"):
                 self._update_skipped_pixels(patch)
-                chosen = patch.awake(self._state, self.scene.pixel_model)
+                chosen = patch.choose(self._state, self.scene.pixel_model)
             with self._watch("edges"):
                 schedule = patch.schedule(cuts)
             with self._watch("pixels"):
@@ -200,7 +200,7 @@ class Recorder:
 
     def _update_skipped_pixels(self, patch: Patch) -> None:
         """Bring skipped background pixels up to date before a plate lights them."""
-        wall, index = self.scene.wall, patch.index[self._asleep[patch.index]]
+        wall, index = self.scene.wall, patch.index[self._skipped[patch.index]]
         if wall is not None and index.size:
             x, y = (part.astype(float) for part in (index % self.scene.optics.width, index // self.scene.optics.width))
             self._state.level[index] = look_up(wall.repeated, self._before[0][-1], self._log_ambient(), x, y)
@@ -213,7 +213,7 @@ class Recorder:
             taken[patch.index] = True
         views = np.stack([self._wall_view(t * 1e-6) for t in (cuts[:-1] + cuts[1:]) / 2])
         moments = np.round(cuts[:-1] * 16).astype(np.int64)
-        seen = (optics.width, taken, self._asleep, wall.repeated, *wall.extremes(views, optics), self._log_ambient(),
+        seen = (optics.width, taken, self._skipped, wall.repeated, *wall.extremes(views, optics), self._log_ambient(),
                 self._before, views, cuts, moments)  # fmt: skip
         self._run(fire_wall_pixels, taken.size, seen)
         tau_us = self.scene.pixel_model.time_constant_us / np.exp(self._log_ambient())

@@ -22,8 +22,9 @@ from bicode_lab.camera.optics import Optics, plate_homography
 from bicode_lab.camera.pixel_steps import F4
 from bicode_lab.camera.wall_pixels import NEAREST_HORIZON, look_up
 
-FEWEST = 8  # points a side
-FARTHEST = 16  # points of way beyond which no pixel is left asleep
+MIN_POINTS = 8  # smallest side of a wall's image
+SMOOTHING_POINTS = 1.0  # standard deviation of the smoothing of a bundled picture
+MAX_SHIFT_POINTS = 16  # points of way beyond which no pixel is left skipped
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,8 +52,8 @@ class Wall:
             raise ValueError("log_image is not a two-dimensional array of finite numbers")
         if self.distance_m <= 0 or self.texel_m <= 0:
             raise ValueError(f"distance_m={self.distance_m}, texel_m={self.texel_m}: choose more than 0 m each")
-        if min(self.log_image.shape) < FEWEST:
-            raise ValueError(f"log_image is {self.log_image.shape}; choose at least {FEWEST} x {FEWEST}")
+        if min(self.log_image.shape) < MIN_POINTS:
+            raise ValueError(f"log_image is {self.log_image.shape}; choose at least {MIN_POINTS} x {MIN_POINTS}")
         image = np.ascontiguousarray(self.log_image, np.float32)
         object.__setattr__(self, "log_image", image)
         object.__setattr__(self, "repeated", _repeated(image))
@@ -65,7 +66,7 @@ class Wall:
         if (points[..., 2] >= NEAREST_HORIZON).all():
             places = points[..., :2] / points[..., 2:]
             way = np.abs(places - places[len(views) // 2]).max((0, 1))
-        if way.max() > FARTHEST:  # or the horizon is in sight
+        if way.max() > MAX_SHIFT_POINTS:  # or the horizon is in sight
             return np.full_like(self.repeated, -np.inf), np.full_like(self.repeated, np.inf)
         # A point is read together with its next; and a path within the picture may lead farther than its corners'.
         columns, rows = (2 * int(np.ceil(1.1 * w + 1)) + 1 for w in way)
@@ -113,7 +114,6 @@ def textured_wall(
     contrast: float = 0.3,
     distance_m: float = 5.0,
     texel_m: float = 0.003,
-    softness: float = 1.0,
 ) -> Wall:
     """The name of one of scikit-image's bundled pictures in, a wall out.
 
@@ -125,8 +125,6 @@ def textured_wall(
         Standard deviation of the log reflectance.
     distance_m, texel_m : float
         See `Wall`; at 3 mm and 5 m a point of the picture covers about a pixel of the paper's camera.
-    softness : float
-        Standard deviation of a smoothing of the picture, points.
 
     Raises
     ------
@@ -141,6 +139,6 @@ def textured_wall(
     grey = skimage.util.img_as_float64(getattr(skimage.data, name)())
     # A picture and its mirror images side by side repeat without a seam.
     grey = np.pad(grey, [(0, n) for n in grey.shape], mode="symmetric")
-    log = ndimage.gaussian_filter(np.log(grey + 0.1), softness, mode="wrap")
+    log = ndimage.gaussian_filter(np.log(grey + 0.1), SMOOTHING_POINTS, mode="wrap")
     log = (log - log.mean()) / max(float(log.std()), 1e-9) * contrast
     return Wall(log_image=log.astype(np.float32), distance_m=distance_m, texel_m=texel_m)

@@ -2,9 +2,9 @@
 
 They answer to light as all pixels do. What is done for speed, and changes nothing else:
 
-- A pixel is left asleep through a span where no point of the texture that it passes, with the most noise
+- A pixel is left skipped through a span where no point of the texture that it passes, with the most noise
   that it gets there, can bring it to a threshold. Its level is made up for when it wakes.
-- The pixels that are awake go through a stretch side by side: light, noise and low-pass are loops
+- The pixels that are active go through a stretch side by side: light, noise and low-pass are loops
   without a branch, which the compiler makes of wide instructions (see `pixel_steps`).
 - Only those few whose aim is beyond a threshold, or that are in reset, can do anything but follow
   their light; they are taken out and go through the stretch as the pixels of a marker do.
@@ -20,13 +20,13 @@ from bicode_lab.camera.pixel_steps import (
     F4,
     F8,
     I8,
-    MOST_LANES,
-    MOST_TIME_CONSTANTS,
+    MAX_LANES,
+    MAX_TIME_CONSTANTS,
     U4,
     U8,
     fast_exp,
     fire_stretch,
-    most_events,
+    max_events,
     noise_from,
     noise_key,
 )
@@ -36,7 +36,7 @@ from bicode_lab.kernels import njit
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
 ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel that comes so near to its threshold is followed
 SIDE_BY_SIDE = 512  # pixels; a whole number of wide instructions
-# Columns of the pixels awake in one array, at distances that the compiler knows (see `pixel_steps`).
+# Columns of the pixels active in one array, at distances that the compiler knows (see `pixel_steps`).
 DISTANCE = SIDE_BY_SIDE + 24
 X, Y, LEVEL, REFERENCE, FREE, ON, OFF, RIGHT, DOWN, SEEN, LIGHT, RATE, AIM, BUSY = (k * DISTANCE for k in range(14))
 COLUMNS = 14
@@ -101,21 +101,21 @@ def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
 
 
 @njit(cache=True, error_model="numpy")
-def _wake(
-    lead: int, many: int, width: int, taken: Flags, asleep: Flags, lowest: F4, highest: F4, log_ambient: float,
+def _select(
+    lead: int, many: int, width: int, taken: Flags, skipped: Flags, lowest: F4, highest: F4, log_ambient: float,
     middle: Floats, start_us: float, moments: I8, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
-    seed: np.uint64, noise: float, awake: I8, waiting: int, lanes: F8, at: I8, keys: U8,
+    seed: np.uint64, noise: float, active: I8, waiting: int, lanes: F8, at: I8, keys: U8,
 ) -> tuple[int, int]:  # fmt: skip
-    """Put `many` pixels from `lead` on to sleep or wake them; those awake are added to a list of `waiting` ones.
+    """Put `many` pixels from `lead` on to sleep or wake them; those active are added to a list of `waiting` ones.
 
-    How many wait then comes back, and how many of the new ones were asleep; those are listed in `at`.
+    How many wait then comes back, and how many of the new ones were skipped; those are listed in `at`.
     """
     for i in range(many):
         y = np.floor((lead + i + 0.5) / width)
         lanes[X + i], lanes[Y + i] = lead + i - width * y, y
     find_places(lowest.shape, middle, many, lanes, at)
-    of, least, most, n, woken = slice(lead, lead + many), lowest.ravel(), highest.ravel(), 0, 0
-    on, off, ref, lit, rests = threshold_on[of], threshold_off[of], reference[of], taken[of], asleep[of]
+    of, least, most, n, resumed = slice(lead, lead + many), lowest.ravel(), highest.ravel(), 0, 0
+    on, off, ref, lit, rests = threshold_on[of], threshold_off[of], reference[of], taken[of], skipped[of]
     for i in range(many):
         k = np.uint64(at[i])
         lanes[LEVEL + i], lanes[LIGHT + i], lanes[REFERENCE + i] = least[k], most[k], ref[i] - log_ambient
@@ -141,11 +141,11 @@ def _wake(
     for j in range(n):
         p = lead + at[j]
         is_up = (noise * lanes[AIM + j] > lanes[RIGHT + j]) | (-noise * lanes[RATE + j] > lanes[DOWN + j])
-        awake[waiting], at[woken] = p, p
+        active[waiting], at[resumed] = p, p
         waiting += is_up
-        woken += is_up & asleep[p]
-        asleep[p] = not is_up
-    return waiting, woken
+        resumed += is_up & skipped[p]
+        skipped[p] = not is_up
+    return waiting, resumed
 
 
 @njit(cache=True, error_model="numpy")
@@ -160,7 +160,7 @@ def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: f
         lanes[RATE + i] = fast_exp(lanes[LIGHT + i]) / tau_us
         lanes[AIM + i] = lanes[LIGHT + i] + noise * noise_from(keys[i], moment)
     for i in range(many):
-        aim, rest = lanes[AIM + i], fast_exp(min(took * lanes[RATE + i], MOST_TIME_CONSTANTS))
+        aim, rest = lanes[AIM + i], fast_exp(min(took * lanes[RATE + i], MAX_TIME_CONSTANTS))
         way = aim - lanes[REFERENCE + i]
         is_free = (lanes[FREE + i] <= start) & (way <= lanes[ON + i]) & (-way <= lanes[OFF + i])
         lanes[BUSY + i] = 0.0 if is_free else 1.0
@@ -173,27 +173,27 @@ def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: f
 
 @njit(cache=True, error_model="numpy")
 def _catch_up(
-    woken: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, edges: F8, moments: I8,
+    resumed: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, edges: F8, moments: I8,
     seed: np.uint64, noise: float, tau_us: float, lanes: F8, at: I8, keys: U8, turn: I8, level: F4,
 ) -> None:  # fmt: skip
     """Pixels in `at` that have slept: their level is what the last stretches before this span have made it."""
-    for j in range(woken):
+    for j in range(resumed):
         keys[j], lanes[X + j], lanes[Y + j] = noise_key(seed, at[j]), at[j] % width, at[j] // width
         lanes[REFERENCE + j], lanes[FREE + j], lanes[ON + j], lanes[OFF + j] = at[j], -np.inf, np.inf, np.inf
     for k in range(moments.size):
-        find_places(image.shape, from_pixels[k], woken, lanes, at)
-        read_places(image, woken, lanes, at, log_ambient)
+        find_places(image.shape, from_pixels[k], resumed, lanes, at)
+        read_places(image, resumed, lanes, at, log_ambient)
         if k == 0:
-            lanes[LEVEL : LEVEL + woken] = lanes[LIGHT : LIGHT + woken]
-        _follow(woken, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
-    for j in range(woken):
+            lanes[LEVEL : LEVEL + resumed] = lanes[LIGHT : LIGHT + resumed]
+        _follow(resumed, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
+    for j in range(resumed):
         level[int(lanes[REFERENCE + j])] = lanes[LEVEL + j]
 
 
 @njit(cache=True, error_model="numpy")
 def _fire(
-    n: int, turn: I8, start: float, end: float, keys: U8, moment: int, noise: float, dead: float,
-    delay_on: float, delay_off: float, awake: I8, lanes: F8, room: F8, pixels: U4, times: F8, count: int,
+    n: int, turn: I8, start: float, end: float, keys: U8, moment: int, noise: float, refractory_us: float,
+    delay_on: float, delay_off: float, active: I8, lanes: F8, room: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
     """The `n` pixels that `_follow` has listed through their stretch, as pixels before a marker go through theirs."""
     columns = room[: 14 * SIDE_BY_SIDE].reshape(14, SIDE_BY_SIDE)
@@ -201,11 +201,11 @@ def _fire(
     few_keys, places = columns[12].view(np.uint64), columns[13].view(np.int64)
     for j in range(n):
         i = turn[j]
-        few_keys[j], places[j], light[j], rate[j] = keys[i], awake[i], lanes[LIGHT + i], lanes[RATE + i]
+        few_keys[j], places[j], light[j], rate[j] = keys[i], active[i], lanes[LIGHT + i], lanes[RATE + i]
         v[j], ref[j], free[j] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
         on[j], off[j] = lanes[ON + i], lanes[OFF + i]
     count = fire_stretch(
-        n, start, end, few_keys, moment, noise, light, rate, v, ref, free, on, off, dead, delay_on, delay_off,
+        n, start, end, few_keys, moment, noise, light, rate, v, ref, free, on, off, refractory_us, delay_on, delay_off,
         places, columns, room[14 * SIDE_BY_SIDE :], pixels, times, count,
     )  # fmt: skip
     for j in range(n):
@@ -216,10 +216,10 @@ def _fire(
 
 @njit(cache=True, error_model="numpy")
 def fire_wall_pixels(
-    first: int, width: int, taken: Flags, asleep: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
+    first: int, width: int, taken: Flags, skipped: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
     before: tuple[Floats, F8, I8], from_pixels: Floats, edges: F8, moments: I8,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
-    seed: np.uint64, noise: float, tau_us: float, dead: float, delay_on: float, delay_off: float,
+    seed: np.uint64, noise: float, tau_us: float, refractory_us: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Every pixel that no marker lights through a span of time in which the camera moves.
@@ -228,7 +228,7 @@ def fire_wall_pixels(
 
     taken : ndarray of bool, shape (height * width,)
         Pixels that a marker lights; they are left out.
-    asleep : ndarray of bool, shape (height * width,)
+    skipped : ndarray of bool, shape (height * width,)
         Pixels whose level is not kept up.
     image : ndarray, shape (rows + 2, columns + 2)
         Log reflectance of the wall, see `read_places`.
@@ -241,29 +241,29 @@ def fire_wall_pixels(
     from_pixels : ndarray, shape (stretches, 3, 3)
         The homography to the wall's points in each stretch.
     """
-    most, stretches = most_events(edges, dead), from_pixels.shape[0]
+    most, stretches = max_events(edges, refractory_us), from_pixels.shape[0]
     lanes, at, turn = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64), np.empty(SIDE_BY_SIDE, np.int64)
-    keys, fire_room = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(14 * SIDE_BY_SIDE + 7 * MOST_LANES)
-    awake, waiting, lead = np.empty(2 * SIDE_BY_SIDE, np.int64), 0, first
+    keys, fire_room = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(14 * SIDE_BY_SIDE + 7 * MAX_LANES)
+    active, waiting, lead = np.empty(2 * SIDE_BY_SIDE, np.int64), 0, first
     while lead < taken.size or waiting:
         has_room = count + (waiting + SIDE_BY_SIDE) * most <= pixels.size
         if not (has_room or waiting):
             break
         if has_room and lead < taken.size and waiting < SIDE_BY_SIDE:
             many = min(SIDE_BY_SIDE, taken.size - lead)
-            waiting, woken = _wake(
-                lead, many, width, taken, asleep, lowest, highest, log_ambient, from_pixels[stretches // 2], edges[0],
-                moments, reference, free_us, threshold_on, threshold_off, seed, noise, awake, waiting, lanes, at, keys,
+            waiting, resumed = _select(
+                lead, many, width, taken, skipped, lowest, highest, log_ambient, from_pixels[stretches // 2], edges[0],
+                moments, reference, free_us, threshold_on, threshold_off, seed, noise, active, waiting, lanes, at, keys,
             )  # fmt: skip
-            if woken:
+            if resumed:
                 _catch_up(
-                    woken, width, image, log_ambient, *before, seed, noise, tau_us, lanes, at, keys, turn, level,
+                    resumed, width, image, log_ambient, *before, seed, noise, tau_us, lanes, at, keys, turn, level,
                 )  # fmt: skip
             lead += many
             continue
         many = min(waiting, SIDE_BY_SIDE)
         for i in range(many):
-            p = awake[i]
+            p = active[i]
             keys[i], lanes[X + i], lanes[Y + i], lanes[FREE + i] = noise_key(seed, p), p % width, p // width, free_us[p]
             lanes[LEVEL + i], lanes[REFERENCE + i] = level[p], reference[p]
             lanes[ON + i], lanes[OFF + i] = threshold_on[p], threshold_off[p]
@@ -273,12 +273,12 @@ def fire_wall_pixels(
             n = _follow(many, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
             if n:
                 count = _fire(
-                    n, turn, edges[k], edges[k + 1], keys, moments[k], noise, dead, delay_on, delay_off, awake, lanes,
-                    fire_room, pixels, times, count,
+                    n, turn, edges[k], edges[k + 1], keys, moments[k], noise, refractory_us, delay_on, delay_off,
+                    active, lanes, fire_room, pixels, times, count,
                 )  # fmt: skip
         for i in range(many):
-            p = awake[i]
+            p = active[i]
             level[p], reference[p], free_us[p] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
         waiting -= many
-        awake[:waiting] = awake[many : many + waiting]
+        active[:waiting] = active[many : many + waiting]
     return lead, count

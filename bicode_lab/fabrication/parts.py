@@ -15,8 +15,8 @@ from bicode_lab.marker import Marker
 E24 = (10, 11, 12, 13, 15, 16, 18, 20, 22, 24, 27, 30, 33, 36, 39, 43, 47, 51, 56, 62, 68, 75, 82, 91)
 TRANSISTOR_V = 0.1  # between collector and emitter of a small NPN transistor that is fully on; assumption
 BASE_V, PIN_V = 0.7, 3.3  # of the transistor; of the RP2040's pin
-LEAST_GAIN = 20  # base current is at least collector current / this, so that it is fully on
-MOST_BASE_OHM = 1000.0
+MIN_GAIN = 20  # base current is at least collector current / this, so that it is fully on
+MAX_BASE_OHM = 1000.0
 USB_V = 5.0  # III-A: "powered at a voltage of 5 V"
 
 
@@ -29,8 +29,8 @@ class Led:
     name, part : str
     forward_v : float
         Forward voltage at the current in use [V]; `forward_from` says where it is from.
-    most_ma : float
-        The current that is not exceeded [mA]; `most_from` says where it is from.
+    max_ma : float
+        The current that is not exceeded [mA]; `max_from` says where it is from.
     office_ma : float
         What the paper drives a 5 cm plate with [mA].
     """
@@ -39,8 +39,8 @@ class Led:
     part: str
     forward_v: float
     forward_from: str
-    most_ma: float
-    most_from: str
+    max_ma: float
+    max_from: str
     office_ma: float
 
 
@@ -57,8 +57,8 @@ def leds() -> dict[str, Led]:
             part="OptoSupply OSR5CA5B61P",
             forward_v=2.1,
             forward_from="assumption: typical of the maker's red LEDs at 20 mA (OSRB0603C1C: 1.8 .. 2.6 V)",
-            most_ma=max(paper.FIG_10_CURRENTS_MA),
-            most_from=f"{most} (IV-C)",
+            max_ma=max(paper.FIG_10_CURRENTS_MA),
+            max_from=f"{most} (IV-C)",
             office_ma=10.7,
         ),
         "ir": Led(
@@ -66,8 +66,8 @@ def leds() -> dict[str, Led]:
             part="OptoSupply OSI5LA5A33A-B",
             forward_v=1.2,
             forward_from="assumption: typical of 940 nm emitters at 20 mA (OS25B10: up to 1.6 V)",
-            most_ma=paper.FIG_11_CURRENT_MA,
-            most_from=f"{most} (IV-D)",
+            max_ma=paper.FIG_11_CURRENT_MA,
+            max_from=f"{most} (IV-D)",
             office_ma=paper.FIG_11_CURRENT_MA,
         ),
     }
@@ -100,9 +100,9 @@ class Driver:
         led = self.led
         if not 0 < self.current_ma < math.inf:
             raise ValueError(f"current_ma={self.current_ma:g} makes no light; choose more than 0 mA")
-        if not self.current_ma <= led.most_ma:
+        if not self.current_ma <= led.max_ma:
             raise ValueError(
-                f"current_ma={self.current_ma:g} is above {led.most_ma:g} mA, {led.most_from}; choose less, or read "
+                f"current_ma={self.current_ma:g} is above {led.max_ma:g} mA, {led.max_from}; choose less, or read "
                 f"the rated DC forward current in the data sheet of your LED and give it with --max-current-ma"
             )
         if not 0 < led.forward_v < math.inf:
@@ -127,7 +127,7 @@ class Driver:
     def resistor_ohm(self) -> float:
         """The nearest E24 value [ohm], or the next above it where the nearest would exceed the limit."""
         nearest = nearest_e24(self.exact_ohm)
-        return nearest if self.current_with(nearest) <= self.led.most_ma else nearest_e24(nearest, above=True)
+        return nearest if self.current_with(nearest) <= self.led.max_ma else nearest_e24(nearest, above=True)
 
     def current_with(self, ohm: float) -> float:
         """A resistance in, the current it gives out [mA]."""
@@ -146,8 +146,8 @@ class Driver:
     @property
     def base_ohm(self) -> float:
         """The resistor between the pin and the transistor's base, E24 [ohm]."""
-        most = (PIN_V - BASE_V) / (self.real_current_ma * 1e-3 / LEAST_GAIN)
-        return min(MOST_BASE_OHM, nearest_e24(most, below=True))
+        most = (PIN_V - BASE_V) / (self.real_current_ma * 1e-3 / MIN_GAIN)
+        return min(MAX_BASE_OHM, nearest_e24(most, below=True))
 
 
 def nearest_e24(ohm: float, above: bool = False, below: bool = False) -> float:
@@ -195,7 +195,7 @@ and makes {driver.resistor_mw:.0f} mW of heat while on{hot}.
 Check before you solder:
 
 - LED voltage {led.forward_v:g} V: {led.forward_from}.
-- LED limit {led.most_ma:g} mA: {led.most_from}.
+- LED limit {led.max_ma:g} mA: {led.max_from}.
 - Transistor {TRANSISTOR_V} V: assumption, fully on at this current. A 2N3904 or BC547 has its own limit, too.
 - The LED is {board.thickness_m * 1000:g} mm thick and up to 8.7 mm long: measure yours.
 

@@ -28,11 +28,11 @@ LED_LONG_MM = 8.7
 FLANGE_MM = 5.8
 FLANGE_THICK_MM = 1.0
 CLEARANCE_MM = 0.1  # the pocket is wider than the LED by this; a laser's kerf adds to it
-LEAST_DEPTH_MM = 2.5  # the LED's round end
+MIN_DEPTH_MM = 2.5  # the LED's round end
 POCKET_SHARE_OF_CELL = 0.6
 TONGUE_MM = (2.0, 12.0)  # of the shading plate: past the LED's end, and wide
 PLATE_AT_MM = (32.0, 36.0)  # top left corner of the plate on its sheet
-LARGEST_M = 1.0
+MAX_SIZE_M = 1.0
 
 ENGRAVE, CUT_POCKET, CUT_OUTLINE = "1 engrave (glows)", "2 cut LED pocket", "3 cut plate outline"
 CUT_SHADING, NOTES, PRINT = "4 cut shading plate", "5 notes (not for the machine)", "1 print"
@@ -53,16 +53,16 @@ def pocket_depth_mm(board: Board) -> float:
     >>> [round(pocket_depth_mm(Board(size_m=size)), 2) for size in (0.025, 0.05, 0.1)]
     [2.5, 5.0, 7.7]
     """
-    if not board.size_m <= LARGEST_M:
-        raise ValueError(f"size_m={board.size_m} is larger than {LARGEST_M:g} m; choose the plate's side in metres")
+    if not board.size_m <= MAX_SIZE_M:
+        raise ValueError(f"size_m={board.size_m} is larger than {MAX_SIZE_M:g} m; choose the plate's side in metres")
     n = len(board.cells())
     depth = min(POCKET_SHARE_OF_CELL * board.size_m * 1000 / n, LED_LONG_MM - FLANGE_THICK_MM)
-    if depth < LEAST_DEPTH_MM - 1e-9:
+    if depth < MIN_DEPTH_MM - 1e-9:
         least = {"black": n, "white": n}
         least["white" if board.glow == "black" else "black"] += 2 if board.glow == "black" else -2
-        size_mm = {glow: LEAST_DEPTH_MM / POCKET_SHARE_OF_CELL * count for glow, count in least.items()}
+        size_mm = {glow: MIN_DEPTH_MM / POCKET_SHARE_OF_CELL * count for glow, count in least.items()}
         raise ValueError(
-            f"size_m={board.size_m:g} leaves {depth:.1f} mm for the LED pocket, which needs {LEAST_DEPTH_MM} mm; "
+            f"size_m={board.size_m:g} leaves {depth:.1f} mm for the LED pocket, which needs {MIN_DEPTH_MM} mm; "
             f"choose a size_m of {_up_to_mm(size_mm['black'])} or more with glow 'black', "
             f"{_up_to_mm(size_mm['white'])} or more with glow 'white'"
         )
@@ -152,8 +152,8 @@ def draw_paper(board: Board, title: str) -> Drawing:
     On paper of a plate that glows in its black cells, a black surround of one cell stands for the
     dark around the plate. The page is A4, or larger where the pattern needs it.
     """
-    if not 0 < board.size_m <= LARGEST_M:
-        raise ValueError(f"size_m={board.size_m} is not in 0 .. {LARGEST_M:g} m; choose the plate's side in metres")
+    if not 0 < board.size_m <= MAX_SIZE_M:
+        raise ValueError(f"size_m={board.size_m} is not in 0 .. {MAX_SIZE_M:g} m; choose the plate's side in metres")
     size, cells = board.size_m * 1000, board.cells()
     dark = 1 - cells
     cell = size / len(cells)

@@ -9,7 +9,7 @@ from bicode_lab.marker import PacketFormat, encode_packet
 
 FILE = "bicode_tx.py"
 PIN_D0 = 26  # GPIO number of the XIAO RP2040's pin D0
-SLOWEST_HZ = 4.0  # the clock's divider ends at 65536: 3.05 Hz with a 200 MHz clock, 1.9 Hz with 125 MHz
+MIN_F_ID_HZ = 4.0  # the clock's divider ends at 65536: 3.05 Hz with a 200 MHz clock, 1.9 Hz with 125 MHz
 PINS = 30  # GPIO 0 .. 29
 
 
@@ -25,10 +25,10 @@ def transmitter_text(payload: int, packet_format: PacketFormat, pin: int = PIN_D
     encode_packet(payload, packet_format)  # refuses a payload that does not fit
     if not 0 <= pin < PINS:
         raise ValueError(f"pin={pin} is not a GPIO of the RP2040; choose 0 .. {PINS - 1}, {PIN_D0} is D0 of the XIAO")
-    if packet_format.f_id_hz < SLOWEST_HZ:
+    if packet_format.f_id_hz < MIN_F_ID_HZ:
         raise ValueError(
             f"f_id_hz={packet_format.f_id_hz:g} is slower than the RP2040's clock divider allows; "
-            f"choose {SLOWEST_HZ:g} .. 100000"
+            f"choose {MIN_F_ID_HZ:g} .. 100000"
         )
     rate = packet_format.f_id_hz
     settings = {

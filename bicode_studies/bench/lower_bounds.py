@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from bicode_lab.camera import Recorder, Scene
-from bicode_lab.camera.pixel_steps import MOST_LANES, fast_exp, fast_log
+from bicode_lab.camera.pixel_steps import MAX_LANES, fast_exp, fast_log
 from bicode_lab.camera.recorder import CHUNK_US
 from bicode_lab.events import Events, words
 from bicode_lab.kernels import njit
@@ -104,11 +104,11 @@ def least_generator_ns(scene: Scene, repeats: int = 15) -> pd.Series[float]:
     """
     codes, moments = last_unsorted_chunk(scene, CHUNKS)
     places = np.argsort(np.argsort(moments, kind="stable")).astype(np.int32)
-    way, aim = np.random.default_rng(0).uniform(0.1, 10.0, (2, MOST_LANES))
-    times = -(-codes.size // MOST_LANES)
-    ways_s = cpu_seconds(partial(_ways, way, aim, np.empty(MOST_LANES), times), repeats)
+    way, aim = np.random.default_rng(0).uniform(0.1, 10.0, (2, MAX_LANES))
+    times = -(-codes.size // MAX_LANES)
+    ways_s = cpu_seconds(partial(_ways, way, aim, np.empty(MAX_LANES), times), repeats)
     seconds = {
-        "a division, exponential and logarithm": ways_s * codes.size / (times * MOST_LANES),
+        "a division, exponential and logarithm": ways_s * codes.size / (times * MAX_LANES),
         "counted by its microsecond": cpu_seconds(partial(_count, moments, np.zeros(CHUNK_US, np.int32)), repeats),
         "stored at its place": cpu_seconds(
             partial(_store, codes, moments, places, np.empty((codes.size, 2), np.int64)), repeats

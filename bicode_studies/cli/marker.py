@@ -130,10 +130,10 @@ def _driver(board: Board, options: dict[str, Any]) -> Driver:
     if options["led_forward_v"] is not None:
         led = replace(led, forward_v=options["led_forward_v"], forward_from="as given")
     if options["max_current_ma"] is not None:
-        led = replace(led, most_ma=options["max_current_ma"], most_from="as given")
+        led = replace(led, max_ma=options["max_current_ma"], max_from="as given")
     current_ma = options["current_ma"]
     if current_ma is None:  # as much current for the plate's area as in the paper (IV-C), as far as the LED allows
-        current_ma = min(led.office_ma * (board.size_m / 0.05) ** 2, led.most_ma)
+        current_ma = min(led.office_ma * (board.size_m / 0.05) ** 2, led.max_ma)
     return Driver(led=led, current_ma=current_ma, supply_v=options["supply_v"])
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from bicode_lab.camera import PixelModel, Pose, Scene
 from bicode_lab.camera.optics import ambient_signal
 from bicode_lab.camera.patch import Patch
-from bicode_lab.camera.pixel_steps import most_events
+from bicode_lab.camera.pixel_steps import max_events
 from bicode_lab.camera.pixels import SIDE_BY_SIDE, fire_lit_pixels, start_pixels
 from bicode_lab.camera.plate_image import PlateImage
 from bicode_lab.marker import Marker
@@ -181,7 +181,7 @@ def _fire(
     fixed = (index, ambient, glow, edges, moments, levels, maps, state.level, state.reference, state.free_us,
              state.threshold_on, state.threshold_off, np.uint64(rng.integers(2**63)), model.noise,
              model.time_constant_us, model.refractory_us, model.latency_on_us, model.latency_off_us)  # fmt: skip
-    room = max(1 << 20, 2 * SIDE_BY_SIDE * most_events(edges, model.refractory_us))
+    room = max(1 << 20, 2 * SIDE_BY_SIDE * max_events(edges, model.refractory_us))
     pixels, times = np.empty(room, np.uint32), np.empty(room)
     parts: list[tuple[npt.NDArray[np.uint32], Floats]] = []
     first = 0

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from bicode_lab.camera.pixel_steps import most_events
+from bicode_lab.camera.pixel_steps import max_events
 from bicode_lab.camera.pixels import SIDE_BY_SIDE, SMALLEST_THRESHOLD, PixelModel, fire_lit_pixels, start_pixels
 from bicode_studies.own_recording.led_response import AHEAD_US, BIN_US, EdgeResponse, find_delays
 
@@ -182,7 +182,7 @@ def _model_events(
     light = np.tile(levels, MODEL_PACKETS)
     turns = np.concatenate([[0], np.flatnonzero(np.diff(light.astype(int))) + 1])
     edges = np.append(turns, light.size) * chip_us
-    room = n * turns.size * 6 + SIDE_BY_SIDE * most_events(edges, model.refractory_us)
+    room = n * turns.size * 6 + SIDE_BY_SIDE * max_events(edges, model.refractory_us)
     pixels, times = np.empty(room, np.uint32), np.empty(room)
     _, count = fire_lit_pixels(
         0, np.arange(n, dtype=np.int32), np.ones((1, n), np.float32), np.full((1, 1, n), led_to_ambient, np.float32),

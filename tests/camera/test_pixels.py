@@ -6,7 +6,7 @@ from plain_pixels import follow
 from scipy import stats
 
 from bicode_lab.camera import PixelModel
-from bicode_lab.camera.pixel_steps import fast_exp, fast_log, most_events
+from bicode_lab.camera.pixel_steps import fast_exp, fast_log, max_events
 from bicode_lab.camera.pixels import (
     NOISE_REACH,
     SIDE_BY_SIDE,
@@ -215,7 +215,7 @@ def test_no_two_events_of_a_pixel_within_the_dead_time():
 def test_running_out_of_room_ends_early_and_loses_nothing():
     drive, small = Drive(16, n=1000), Drive(16, n=1000)
     expected = drive.fire()
-    worst = SIDE_BY_SIDE * most_events(small.edges, small.dead)
+    worst = SIDE_BY_SIDE * max_events(small.edges, small.dead)
     columns = []
     done, rounds = 0, 0
     while done < small.n:

@@ -6,7 +6,7 @@ from scipy import ndimage
 
 from bicode_lab.boxes import Box
 from bicode_lab.camera import Optics, Pose
-from bicode_lab.camera.plate_image import EDGE_LOBE, make_template, plate_box, read_template, serves
+from bicode_lab.camera.plate_image import EDGE_LOBE, make_template, plate_box, read_template, still_fits
 from bicode_lab.marker import Board
 
 OPTICS = Optics(blur_px=1.2, halo_fraction=0.03, halo_px=8.0)
@@ -162,7 +162,7 @@ def test_another_way_to_draw_gives_the_same_picture(pose, optics):
 def test_a_template_read_elsewhere_is_the_plate_drawn_there(drawn, read):
     board = Board(thickness_m=1e-6)
     template = make_template(board, drawn, OPTICS, 1.0)
-    assert serves(template, board, read, OPTICS)
+    assert still_fits(template, board, read, OPTICS)
     box = plate_box(board, read, OPTICS)
     there = read_template(make_template(board, read, OPTICS, 1.0), read, OPTICS, box)
     moved = read_template(template, read, OPTICS, box)
@@ -176,7 +176,7 @@ def test_a_template_read_elsewhere_is_the_plate_drawn_there(drawn, read):
 def test_a_template_does_not_serve_another_shape():
     template = make_template(Board(), Pose.facing(2.5), OPTICS, 1.0)
     for pose in (Pose.facing(2.6), Pose.facing(2.4), Pose.facing(2.5, yaw_deg=15), Pose.facing(2.5, yaw_deg=-15)):
-        assert not serves(template, Board(), pose, OPTICS)
+        assert not still_fits(template, Board(), pose, OPTICS)
 
 
 def test_a_shift_by_whole_pixels_only_shifts_the_picture():

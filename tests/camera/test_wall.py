@@ -136,7 +136,7 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
         state = start_pixels(signal.ravel(), model, np.random.default_rng(0))
         memory = (state.level, state.reference, state.free_us, state.threshold_on, state.threshold_off)
         settings = (np.uint64(99), noise, 150.0, 50.0, 20.0, 30.0)
-        events, asleep, before = [], np.zeros(n, bool), NOTHING_BEFORE
+        events, skipped, before = [], np.zeros(n, bool), NOTHING_BEFORE
         for span in range(4):  # state is carried from span to span
             edges = np.linspace(0, 10_000, stretches + 1) + 10_000 * span
             moments = np.round(edges[:-1] * 16).astype(np.int64)
@@ -145,11 +145,11 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
             pixels, times = np.empty(1 << 20, np.uint32), np.empty(1 << 20)
             if kind == "wall":
                 done, count = fire_wall_pixels(
-                    0, SMALL.width, np.zeros(n, bool), asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0,
+                    0, SMALL.width, np.zeros(n, bool), skipped, wall.repeated, *wall.extremes(views, SMALL), 0.0,
                     before, views, edges, moments, *memory, *settings, pixels, times, 0,
                 )  # fmt: skip
                 before = views, edges, moments
-                assert 0.05 < asleep.mean() < 0.95
+                assert 0.05 < skipped.mean() < 0.95
             else:
                 seen = [wall.log_reflectance(v, WHOLE).ravel() for v in views]
                 done, count = fire_lit_pixels(
@@ -185,18 +185,18 @@ def test_wall_pixels_that_run_out_of_room_go_on_where_they_ended():
     for room in (1 << 20, 70_000):  # a few hundred pixels that may fire 6 times in each of 20 stretches
         state = start_pixels(signal, model, np.random.default_rng(0))
         memory = (state.level, state.reference, state.free_us, state.threshold_on, state.threshold_off)
-        taken, asleep, done, calls, events = np.zeros(n, bool), np.zeros(n, bool), 0, 0, []
+        taken, skipped, done, calls, events = np.zeros(n, bool), np.zeros(n, bool), 0, 0, []
         while done < n:
             pixels, times = np.empty(room, np.uint32), np.empty(room)
             done, count = fire_wall_pixels(
-                done, SMALL.width, taken, asleep, wall.repeated, *wall.extremes(views, SMALL), 0.0, NOTHING_BEFORE,
+                done, SMALL.width, taken, skipped, wall.repeated, *wall.extremes(views, SMALL), 0.0, NOTHING_BEFORE,
                 views, edges, np.round(edges[:-1] * 16).astype(np.int64), *memory,
                 np.uint64(99), 0.05, 150.0, 50.0, 20.0, 30.0, pixels, times, 0,
             )  # fmt: skip
             calls += 1
             events.append(np.stack([pixels[:count], times[:count]]))
         events = np.concatenate(events, axis=1)
-        found.append((events[:, np.lexsort(events)], state.level, asleep, calls))
+        found.append((events[:, np.lexsort(events)], state.level, skipped, calls))
     np.testing.assert_array_equal(found[0][0], found[1][0])
     np.testing.assert_array_equal(found[0][1], found[1][1])
     np.testing.assert_array_equal(found[0][2], found[1][2])

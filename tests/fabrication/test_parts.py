@@ -31,7 +31,7 @@ def test_current_obeys_ohm_and_the_limit(current_ma: float, supply_v: float) -> 
     driver = Driver(led=RED, current_ma=current_ma, supply_v=supply_v)
     total_v = driver.real_current_ma * 1e-3 * driver.resistor_ohm + RED.forward_v + 0.1
     assert total_v == pytest.approx(supply_v)
-    assert driver.real_current_ma <= RED.most_ma * (1 + 1e-9)
+    assert driver.real_current_ma <= RED.max_ma * (1 + 1e-9)
     assert driver.real_current_ma == pytest.approx(current_ma, rel=0.25)
     pin_ma = (3.3 - 0.7) / driver.base_ohm * 1e3
     assert driver.real_current_ma / 20 <= pin_ma * (1 + 1e-9)
@@ -54,7 +54,7 @@ def test_the_papers_currents() -> None:
         ({"supply_v": float("nan")}, "choose a supply"),
         ({"led": replace(RED, forward_v=-1.0)}, "forward"),
         ({"led": INFRARED, "current_ma": 20.5}, "IV-D"),
-        ({"led": replace(RED, most_ma=30.0, most_from="as given"), "current_ma": 31}, "above 30 mA, as given"),
+        ({"led": replace(RED, max_ma=30.0, max_from="as given"), "current_ma": 31}, "above 30 mA, as given"),
     ],
 )
 def test_misuse_is_refused_with_words(change: dict[str, object], words: str) -> None:
