@@ -1,4 +1,4 @@
-"""Every notebook keeps the rules that make a collection of them one book."""
+"""Every notebook keeps the rules that make one book of all notebooks."""
 
 import ast
 import json
@@ -21,6 +21,19 @@ MOST_LINES_OF_FUNCTION = 10
 HEAD = ("do", "learn", "need")
 TAIL = ("On your own", "In practice", "Further reading")
 PARAMETER_LINE = re.compile(r"[a-z][a-z0-9_]* = .+?  # \S.*")
+SHARED = {"notebook", "plots", "score", "statistics", "trial"}
+CHAPTERS_OF = {
+    **{f"{number:02}": {"paper_experiments", "claims"} for number in range(8, 15)},
+    "08": {"paper_experiments", "claims", "calibration", "link_budget"},
+    "09": {"paper_experiments", "claims", "link_budget"},
+    "15": {"what_if"},
+    "16": {"link_budget"},
+    "17": {"own_recording"},
+    "18": {"real_light"},
+    "19": {"calibration", "real_light"},
+    "20": {"bench"},
+    "21": {"robustness"},
+}
 NETWORK = {"requests", "urllib", "http", "httpx", "socket", "aiohttp", "urllib3"}
 
 chapters = pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
@@ -28,7 +41,7 @@ every = pytest.mark.parametrize("path", EVERY, ids=lambda path: str(path.relativ
 
 
 def cells_of(path, kind):
-    """(number from 1, source) of the cells of a kind."""
+    """Return the number (from 1) and the source of each cell of a kind."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     return [(i, "".join(cell["source"])) for i, cell in enumerate(cells, 1) if cell["cell_type"] == kind]
 
@@ -38,13 +51,13 @@ def prose_of(path):
 
 
 def head_of(path):
-    """The markdown above the first code cell."""
+    """Return the markdown above the first code cell."""
     first_code = min((i for i, _ in cells_of(path, "code")), default=10**6)
     return "\n\n".join(source for i, source in cells_of(path, "markdown") if i < first_code)
 
 
 def has_heading(prose, words):
-    """Whether a line of its own, or the bold start of one, consists of these words."""
+    """Return whether these words stand on a line of their own or in bold at the start of one."""
     return re.search(rf"(?im)^\s*(#+\s*\**|[-*]?\s*\*\*)\s*({words})\b", prose) is not None
 
 
@@ -163,6 +176,16 @@ def test_code_is_plain_python_that_stays_on_this_machine(path):
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             reached = NETWORK & {name.split(".")[0] for name in names}
             assert not reached, f"cell {number} uses the network: {reached}"
+
+
+@every
+def test_it_imports_its_chapter_and_what_all_share(path):
+    allowed = SHARED | CHAPTERS_OF.get(path.name[:2], set())
+    code = "\n".join(source for _, source in cells_of(path, "code"))
+    for module in re.findall(r"(?m)^from bicode_studies\.([\w.]+) import", code):
+        top, _, inside = module.partition(".")
+        assert top in allowed, module
+        assert not inside or top not in ("notebook", "plots"), f"{module}: import from bicode_studies.{top}"
 
 
 @chapters

@@ -1,4 +1,4 @@
-"""Every notebook runs to its end, quick and headless, and writes the figures of its number."""
+"""Every notebook runs to its end with short settings, without a browser, and writes the figures of its number."""
 
 import json
 import re
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.notebook
 
 
 def said_by(cells):
-    """All that the cells printed."""
+    """Return all that the cells printed."""
     return "".join("".join(output.get("text", [])) for cell in cells for output in cell.get("outputs", []))
 
 

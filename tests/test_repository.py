@@ -1,4 +1,4 @@
-"""What must not be in any file that is kept: addresses of package indexes, paths of one machine."""
+"""No file that git keeps holds the address of a package index or a path of one machine, and data stay small."""
 
 import re
 import subprocess
@@ -21,7 +21,7 @@ MACHINE = [r"(?<![\w.~-])/(work|root|Users)" + r"/\w", r"(?<![\w.~-])/ho" + r"me
 
 
 def tracked_files():
-    """The files git keeps; none where this is not a clone."""
+    """Return the files that git keeps; none if this is not a clone."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
     return [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).is_file()]
 
@@ -30,7 +30,7 @@ TRACKED = tracked_files()
 
 
 def texts():
-    """(path, text) of the files that are text."""
+    """Yield path and text of each file that is text."""
     for path in TRACKED:
         try:
             yield path.relative_to(ROOT), path.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The course plan fits its times, and leads to what is there."""
+"""The minutes of the course plan add up, and its links lead to files and headings that exist."""
 
 import re
 from pathlib import Path

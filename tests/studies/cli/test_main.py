@@ -1,4 +1,4 @@
-"""The command line: exit codes, one line for every misuse, the nearest name."""
+"""The command line ends with the right exit code, and explains every misuse in one line with the nearest name."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ from bicode_studies.notebook.runner import NotebookError
 
 @pytest.fixture
 def call(capsys):
-    """A function: words typed after ``bicode`` in; (exit code, stdout, stderr) out."""
+    """Return a function that runs ``bicode`` with words and returns exit code, stdout and stderr."""
 
     def run(*words):
         with pytest.raises(SystemExit) as ended:
@@ -27,7 +27,7 @@ def call(capsys):
 
 @pytest.fixture
 def raising(monkeypatch):
-    """A function: an exception in; from now on ``bicode doctor`` raises it."""
+    """Return a function after which ``bicode doctor`` raises a given exception."""
 
     def install(error):
         @click.command()

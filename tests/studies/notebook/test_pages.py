@@ -1,4 +1,4 @@
-"""Pages of executed notebooks load nothing from anywhere and lead to each other."""
+"""Pages of executed notebooks fetch nothing from a network, and link to each other."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PARAMETERS = "quick = True  # short settings\nseed = 0  # chance"
 
 
 class Loaded(HTMLParser):
-    """What a browser would fetch to show a page, and where its links lead."""
+    """Collect what a browser would fetch to show a page, and where its links lead."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -64,7 +64,7 @@ def loaded(page: Path) -> Loaded:
 
 @pytest.fixture
 def executed(tmp_path: Path) -> Path:
-    """A notebook as a run leaves it, with formulas, links and a slider."""
+    """Write a notebook as a run leaves it, with formulas, links and a slider."""
     cell = nbformat.v4.new_code_cell("interact(show)")
     slider = {WIDGET: {"model_id": "1"}, "text/plain": "interactive(...)"}
     cell.outputs = [nbformat.v4.new_output("display_data", data=slider)]

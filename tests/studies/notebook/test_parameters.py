@@ -1,4 +1,4 @@
-"""Parameters: what is read from the cell, and what is refused in which words."""
+"""Parameters are read from their cell; wrong names, types and lines are refused in clear words."""
 
 import pytest
 

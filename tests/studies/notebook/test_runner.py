@@ -1,4 +1,4 @@
-"""Notebooks run with this interpreter, their own folder and the values given; failures are told in one line."""
+"""A notebook runs with this interpreter, in its own folder, with the values given; a failure is one line."""
 
 import json
 import sys
@@ -20,7 +20,7 @@ pathlib.Path(os.environ["BICODE_FIGURES"], "facts.json").write_text(json.dumps(f
 
 @pytest.fixture
 def clone(tmp_path, monkeypatch):
-    """A folder that looks like a clone, and is the current one."""
+    """Make a folder that looks like a clone, and change into it."""
     for name in ("notebooks", "bicode_lab"):
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path)
