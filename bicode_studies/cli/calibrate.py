@@ -10,10 +10,10 @@ from bicode_lab.constants import constant
 from bicode_studies.calibration.candidates import candidate_in_use
 from bicode_studies.calibration.other_claims import WANTED, fit_constant
 from bicode_studies.calibration.search import DRAWS, calibrate, candidate_row
-from bicode_studies.paper_experiments.figure_table import default_jobs
 from bicode_studies.repository import repository_root
+from bicode_studies.sweep.workers import default_jobs
 
-TABLE = "figures/calibration.csv"
+TABLE = "results/calibration.csv"
 STORE = "build/calibration.sqlite"
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -35,3 +37,17 @@ class Real(click.ParamType[float]):
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a number; write for example 2.5", param, ctx)
         return number
+
+
+def parallel_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options of commands that run trials in parallel: ``--jobs``, ``--cluster`` and ``--store``."""
+    store = click.Path(dir_okay=False, path_type=Path)
+    for option in (
+        click.option("--store", type=store, help="File of finished trials  [default: build/sweeps.sqlite]"),
+        click.option("--cluster", metavar="ADDRESS", help="Run on the Dask scheduler there (tcp://HOST:8786)."),
+        click.option(
+            "--jobs", type=click.IntRange(min=1), help="Trials at a time  [default: BICODE_JOBS, or the cores]"
+        ),
+    ):
+        command = option(command)
+    return command

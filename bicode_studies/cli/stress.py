@@ -1,4 +1,4 @@
-"""``bicode stress``: how both receivers fare as recordings get worse, seed by seed, into a table."""
+"""``bicode stress``: damage recordings step by step and count what each receiver still reads."""
 
 from __future__ import annotations
 
@@ -6,36 +6,33 @@ from pathlib import Path
 
 import click
 import numpy as np
-from tqdm import tqdm
 
-from bicode_studies.cli.kept_rows import KeptRows
-from bicode_studies.repository import repository_root
+from bicode_studies.cli.options import parallel_options
+from bicode_studies.repository import results_folder
 from bicode_studies.robustness.receiver_ranges import receiver_ranges
-from bicode_studies.robustness.stressors import DISTANCE, STRESSORS, over_seeds
 from bicode_studies.robustness.stressors import stress as stress_trial
+from bicode_studies.robustness.stressors import stress_conditions, stress_curves
+from bicode_studies.sweep.sweep import sweep_to_csv
 
 
 @click.command()
 @click.option("--seeds", type=click.IntRange(1), default=20, show_default=True, help="Recordings of each condition.")
-@click.option(
-    "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Where rows are kept  [default: figures/stress.csv]",
-)
-def stress(seeds: int, out: Path | None) -> None:
-    """Lose, add, shift and saturate events, move away, and count the periods that both receivers still read.
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Table  [default: results/stress.csv]")
+@parallel_options
+def stress(seeds: int, out: Path | None, jobs: int | None, cluster: str | None, store: Path | None) -> None:
+    """Lose, add, shift and saturate events, move away, and count the periods that each receiver still reads.
 
-    Each trial is written to OUT when it is done, and one that is there is not done again, if the same code made it.
+    Each finished trial is kept at once. If a run is stopped, the same command continues where it was; trials of
+    changed code are run again. The table is written at the end. Recordings have seeds 0, 1, 2, ...: with fewer
+    --seeds, the first recordings of each condition are taken.
     """
-    kept = KeptRows(out or repository_root() / "figures" / "stress.csv", stress_trial)
-    names = ["stressor", "level", "seed"]
-    done = set() if kept.table.empty else set(kept.table[names].itertuples(index=False, name=None))
-    trials = [(s, float(level), seed) for seed in range(seeds) for s in (*STRESSORS, DISTANCE) for level in s.levels]
-    missing = [trial for trial in trials if (trial[0].name, trial[1], trial[2]) not in done]
-    for stressor, level, seed in tqdm(missing, unit=" trials", disable=None):
-        kept.add(stress_trial(stressor, level, seed))
-    table = kept.table[kept.table["seed"] < seeds]
-    summary = over_seeds(table, np.random.default_rng(0))
+    trials = [(condition, seed) for seed in range(seeds) for condition in stress_conditions()]
+    path = out or results_folder() / "stress.csv"
+    try:
+        table = sweep_to_csv(stress_trial, trials, path, jobs=jobs, cluster=cluster, store=store)
+    except RuntimeError as error:
+        raise click.ClickException(str(error)) from None
+    summary = stress_curves(table)
     click.echo(summary.drop(columns="distance_m").to_string(index=False, float_format="%.3g"))
     click.echo()
     click.echo(receiver_ranges(table, np.random.default_rng(0)).to_string(index=False, float_format="%.3g"))

@@ -1,8 +1,4 @@
-"""How far is an ID read?   accuracy over distance, seed by seed -> where it falls to a half, and how receivers compare
-
-IV-A says of a distance that a marker "could be recognized" there; read as an accuracy of a half (the
-paper's 20 m at "about 50 %", IV-D). Between two distances the accuracy is taken as a straight line.
-"""
+"""How far each receiver reads the ID: its range, and how the ranges of receivers compare."""
 
 from __future__ import annotations
 
@@ -11,45 +7,27 @@ import numpy.typing as npt
 import pandas as pd
 
 from bicode_studies.robustness.stressors import DISTANCE
+from bicode_studies.statistics import ranges_m
 
-HALF = 0.5
-
-
-def crossing_m(distances_m: npt.ArrayLike, accuracy: npt.ArrayLike) -> float:
-    """Distances [m], rising, and the accuracy at each in; where it falls below a half for the first time [m] out.
-
-    Infinite where it never does, nan where it is below a half from the beginning.
-
-    Examples
-    --------
-    >>> crossing_m([10, 20, 30], [1.0, 0.75, 0.25])
-    25.0
-    """
-    d, a = np.asarray(distances_m, float), np.asarray(accuracy, float)
-    below = np.flatnonzero(a < HALF)
-    if not below.size or below[0] == 0:
-        return float("nan") if below.size else float("inf")
-    k = int(below[0])
-    return float(d[k - 1] + (a[k - 1] - HALF) / (a[k - 1] - a[k]) * (d[k] - d[k - 1]))
+DRAWS = 1000  # of the bootstrap
 
 
-def receiver_ranges(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000) -> pd.DataFrame:
-    """Rows of `evaluation.stress.stress` over distance in, a row for each receiver out.
+def receiver_ranges(table: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
+    """Return the range of each receiver, see `statistics.ranges_m`, and its ratio to that of the first.
 
     Parameters
     ----------
     table : DataFrame
-        Other stressors in it are left out.
+        Rows of `stressors.stress` over distance, the paper's receiver first; other stressors are left out.
     rng : numpy.random.Generator
-        For the intervals: seeds are drawn anew, the same ones for all receivers.
-    n : int
-        Draws.
+        Chance for the intervals: seeds are drawn with replacement, the same ones for all receivers.
 
     Returns
     -------
     DataFrame
-        ``receiver``; ``range_m``, ``low``, ``high``; ``times_paper`` (its range over that of the paper's rule),
-        ``times_low``, ``times_high``; ``wrong_ids`` in ``periods``; intervals are of 95 %.
+        One row for each receiver: ``receiver``; ``range_m``, ``low``, ``high``; ``times_paper`` (its range divided by
+        that of the first receiver; nan where that is 0), ``times_low``, ``times_high``; counts of ``wrong_ids`` and
+        ``periods``. Intervals are of 95 %.
     """
     own = table[table["stressor"] == DISTANCE.name]
     own = own.assign(share=own["right"] / own["periods"])
@@ -57,22 +35,28 @@ def receiver_ranges(table: pd.DataFrame, rng: np.random.Generator, n: int = 1000
     shares = np.stack(
         [own[own["receiver"] == r].pivot(index="seed", columns="level", values="share").to_numpy() for r in receivers]
     )  # receiver, seed, distance
-    distances = np.unique(own["level"])
+    distances = np.unique(own["level"]).astype(float)
     n_seeds = shares.shape[1]
-    drawn = shares[:, rng.integers(n_seeds, size=(n, n_seeds))].mean(axis=2)  # receiver, draw, distance
-    ranges = np.array([[crossing_m(distances, accuracy) for accuracy in rows] for rows in drawn])
+    drawn = shares[:, rng.integers(n_seeds, size=(DRAWS, n_seeds))].mean(axis=2)  # receiver, draw, distance
+    drawn_m = np.array([ranges_m(distances, accuracies) for accuracies in drawn])
+    middle_m = ranges_m(distances, shares.mean(axis=1))
     rows = []
-    for k, receiver in enumerate(receivers):
-        middle = crossing_m(distances, shares[k].mean(axis=0))
-        first = crossing_m(distances, shares[0].mean(axis=0))
-        low, high = np.nanquantile(ranges[k], (0.025, 0.975), method="nearest")
-        times_low, times_high = np.nanquantile(ranges[k] / ranges[0], (0.025, 0.975), method="nearest")
+    for receiver, middle, draws in zip(receivers, middle_m, drawn_m, strict=True):
+        low, high = np.quantile(draws, (0.025, 0.975), method="nearest")
+        times = _ratio(draws, drawn_m[0])
+        times = times[~np.isnan(times)] if not np.isnan(times).all() else times
+        times_low, times_high = np.quantile(times, (0.025, 0.975), method="nearest")
         mine = own[own["receiver"] == receiver]
         rows.append(
             {
                 "receiver": receiver, "range_m": middle, "low": low, "high": high,
-                "times_paper": middle / first, "times_low": times_low, "times_high": times_high,
+                "times_paper": float(_ratio(middle, middle_m[0])), "times_low": times_low, "times_high": times_high,
                 "wrong_ids": int(mine["wrong_ids"].sum()), "periods": int(mine["periods"].sum()),
             }
         )  # fmt: skip
     return pd.DataFrame(rows)
+
+
+def _ratio(ranges: npt.ArrayLike, first: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the quotient of ranges; nan where the second is 0."""
+    return np.divide(ranges, np.where(np.asarray(first) > 0, first, np.nan))

@@ -1,7 +1,7 @@
-"""Finished trials in a file.   (function, condition, seed, digest) -> rows
+"""A store of finished trials: the rows of each, by function, condition, seed and digest of the code.
 
-One SQLite file, one transaction a trial: whatever stops a sweep, a trial is in it whole or
-not at all, and its key can be there only once.
+It is one SQLite file with one transaction per trial. Whatever stops a sweep, a trial is in it whole or not at all, and
+only once.
 """
 
 from __future__ import annotations
@@ -24,19 +24,24 @@ Rows = list[dict[str, Any]]
 
 
 class Key(NamedTuple):
-    """What a trial is kept under: its condition, as text, and its seed."""
+    """What a trial is kept under: its condition as JSON, and its seed."""
 
     condition: str
     seed: int
 
 
 def key_of(condition: Any, seed: int) -> Key:
-    """A condition (a dataclass of plain values) and a seed in, the key of their trial out.
+    """Return the key of a trial.
+
+    Parameters
+    ----------
+    condition : dataclass of plain values
+    seed : int
 
     Raises
     ------
     ValueError
-        A condition that cannot be written as text.
+        If the condition cannot be written as text.
     """
     if not dataclasses.is_dataclass(condition) or isinstance(condition, type):
         raise ValueError(f"condition {condition!r} is not a dataclass of plain values")
@@ -48,21 +53,21 @@ def key_of(condition: Any, seed: int) -> Key:
 
 
 class TrialStore:
-    """The trials of one function and one digest in a file; use it in a ``with``.
+    """The trials of one function and one digest in a file; use it in a ``with`` statement.
 
     Parameters
     ----------
     path : path
-        Made where it is missing, with its folder.
+        The file; made where it is missing, with its folder.
     function : str
-        Full name of the function that runs trials.
+        Name of the function that runs trials, without its module, which may move.
     digest : str
-        Of its code.
+        Digest of its code.
 
     Raises
     ------
     ValueError
-        A file that is not a store of trials.
+        If the file is not a store of trials.
     """
 
     def __init__(self, path: str | Path, function: str, digest: str) -> None:
@@ -84,21 +89,21 @@ class TrialStore:
         self._file.close()
 
     def add(self, key: Key, rows: str) -> None:
-        """A trial's key and its rows as JSON in; they are in the file when this returns, once."""
+        """Keep the rows of a trial, given as JSON; they are in the file when this returns, once."""
         self._file.execute(
             "INSERT OR IGNORE INTO trials VALUES (?, ?, ?, ?, ?)",
             (self.function, key.condition, key.seed, self.digest, rows),
         )
 
     def keys(self) -> set[Key]:
-        """The keys of all trials that are there."""
+        """Return the keys of all trials that are kept."""
         found = self._file.execute(
             "SELECT condition, seed FROM trials WHERE function = ? AND digest = ?", (self.function, self.digest)
         )
         return {Key(condition, seed) for condition, seed in found}
 
     def rows(self, keys: Iterable[Key]) -> Rows:
-        """Keys in; the rows of their trials, those that are there, in the order of the keys, out."""
+        """Return the rows of the trials that are kept, in the order of the keys."""
         rows: Rows = []
         for key in keys:
             found = self._file.execute(

@@ -1,39 +1,48 @@
-"""Many trials, in parallel, each kept as soon as it is done.   conditions x seeds -> one table
+"""Many trials, in parallel, each kept as soon as it is done.
 
-Trials run in worker processes of this machine, or on a Dask cluster. Only this process
-writes: it commits a finished trial at once, so a sweep that is stopped at any moment,
-even with kill -9, goes on where it was when it is called again. The table comes from
-the file, in the order of the trials asked for; it does not depend on how many workers
-there were or which trial was done first.
+Trials run in worker processes of this machine, or on a Dask cluster. Only the calling process writes: it commits each
+finished trial at once, so a sweep that is stopped at any moment, even with kill -9, goes on where it was when it is
+called again. The table comes from the store, in the order of the trials asked for; it does not depend on how many
+workers there were or which trial was done first.
 
-A worker that dies (out of memory, killed) costs its trials a second try, each by itself;
-one that takes its worker with it `TRIES` times is reported like one that raises. Such
-trials are not kept, the others go on.
+A worker that dies (out of memory, killed) costs its trials a second try, each by itself. A trial whose workers keep
+dying is reported like one that raises. Such trials are not kept; the others go on.
 """
 
 from __future__ import annotations
 
-import random
-from collections.abc import Iterable, Iterator
+import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 from tqdm import tqdm
 
+from bicode_studies.repository import repository_root
 from bicode_studies.sweep.digest import digest_of
 from bicode_studies.sweep.store import Key, TrialStore, key_of
-from bicode_studies.sweep.task import Outcome, Task, Trial, TrialFunction, Workers
+from bicode_studies.sweep.workers import (
+    ClusterWorkers,
+    LocalWorkers,
+    Task,
+    Trial,
+    TrialFunction,
+    default_jobs,
+    run_trials,
+)
 
-TRIES = 3
-TOLD = 3  # failures told one by one
+STORE = "build/sweeps.sqlite"
+CONSTANTS = ("bicode_lab/constants.csv",)
+"""The data file that trials with the constants in use depend on."""
+MAX_LISTED_FAILURES = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
     """What a sweep gave.
 
-    Parameters
+    Attributes
     ----------
     table : DataFrame
         The rows of all trials that are done, in the order they were asked for.
@@ -45,62 +54,69 @@ class Sweep:
     failures: tuple[str, ...] = ()
 
     def failure_line(self) -> str:
-        """All failures in one line; empty where there are none."""
+        """Return all failures in one line; empty where there are none."""
         if not self.failures:
             return ""
-        more = len(self.failures) - TOLD
-        told = "; ".join(self.failures[:TOLD]) + (f"; and {more} more" if more > 0 else "")
+        more = len(self.failures) - MAX_LISTED_FAILURES
+        listed = "; ".join(self.failures[:MAX_LISTED_FAILURES]) + (f"; and {more} more" if more > 0 else "")
         count = "1 trial failed and is" if len(self.failures) == 1 else f"{len(self.failures)} trials failed and are"
-        return f"{count} not kept: {told}"
+        return f"{count} not kept: {listed}"
 
 
 def sweep(
     function: TrialFunction,
     trials: Iterable[Trial],
-    store: str | Path,
+    store: str | Path | None = None,
     *,
-    jobs: int = 1,
+    jobs: int | None = None,
     cluster: str | None = None,
     data_files: tuple[str, ...] = (),
 ) -> Sweep:
-    """A function and its trials in, the rows of all of them out; those that the store has are not run again.
+    """Run the trials that the store does not hold yet, and return the rows of all.
 
     Parameters
     ----------
     function : callable
-        A condition and a seed in, rows (a list of mappings of plain values) out; defined at the top of a module.
+        Takes a condition and a seed and returns rows, a list of mappings of plain values; defined at the top of a
+        module.
     trials : iterable of (condition, seed)
         Conditions are dataclasses of plain values.
-    store : path
-        The SQLite file, made where it is missing.
-    jobs : int
-        Worker processes on this machine.
+    store : path, optional
+        SQLite file, made where it is missing; None takes ``build/sweeps.sqlite`` of the repository.
+    jobs : int, optional
+        Worker processes on this machine; None takes ``BICODE_JOBS``, or the number of cores.
     cluster : str, optional
-        Address of a Dask scheduler, such as ``"tcp://host:8786"``; trials run there instead.
+        Address of a Dask scheduler, such as ``"tcp://host:8786"``; trials run there instead. None takes
+        ``BICODE_CLUSTER``, where it is set.
     data_files : tuple of str
         Files that results depend on, see `digest.digest_of`.
+
+    Returns
+    -------
+    Sweep
 
     Raises
     ------
     ValueError
-        A function that other processes cannot find, a condition that cannot be written down, a file that is no store.
+        If other processes cannot find the function, a condition cannot be written as text, or a file is not a store.
     ConnectionError
-        The cluster cannot be reached, or went away; what it had done is kept.
+        If the cluster cannot be reached, or goes away; what it had done is kept.
     """
+    jobs = default_jobs() if jobs is None else jobs
+    cluster = cluster or os.environ.get("BICODE_CLUSTER") or None
     if jobs < 1:
         raise ValueError(f"jobs={jobs} is no number of processes; choose 1 or more")
     asked = {key_of(condition, seed): (condition, seed) for condition, seed in trials}
     digest = digest_of(function, data_files)
-    with TrialStore(store, function.__name__, digest) as kept:
+    with TrialStore(store or repository_root() / STORE, function.__name__, digest) as kept:
         done = kept.keys()
         missing = {key: trial for key, trial in asked.items() if key not in done}
         failures: dict[Key, str] = {}
         if missing:
-            task = Task(function, digest, data_files)
+            workers = LocalWorkers(min(jobs, len(missing))) if cluster is None else ClusterWorkers(cluster)
             bar = tqdm(total=len(asked), initial=len(asked) - len(missing), unit=" trials", smoothing=0, disable=None)
-            workers = _workers(task, min(jobs, len(missing)), cluster)
             try:
-                for key, outcome in _run(workers, missing):
+                for key, outcome in run_trials(workers, Task(function, digest, data_files), missing):
                     if outcome.rows:
                         kept.add(key, outcome.rows)
                     else:
@@ -113,44 +129,38 @@ def sweep(
     return Sweep(table=table, failures=tuple(failures[key] for key in asked if key in failures))
 
 
-def _workers(task: Task, jobs: int, cluster: str | None) -> Workers:
-    """What runs the trials; the cluster's part is loaded only when it is asked for."""
-    if cluster is None:
-        from bicode_studies.sweep.local_workers import LocalWorkers
+def sweep_to_csv(
+    function: TrialFunction,
+    trials: Iterable[Trial],
+    path: str | Path,
+    *,
+    store: str | Path | None = None,
+    jobs: int | None = None,
+    cluster: str | None = None,
+) -> pd.DataFrame:
+    """Run trials as `sweep` does, with the constants in use, and write the rows of all to a CSV.
 
-        return LocalWorkers(task, jobs)
-    from bicode_studies.sweep.cluster import ClusterWorkers
+    Parameters
+    ----------
+    function, trials, store, jobs, cluster
+        See `sweep`.
+    path : path
+        The CSV; it is written when all trials are done.
 
-    return ClusterWorkers(task, cluster)
+    Returns
+    -------
+    DataFrame
+        The rows of all trials, and the digest of their code in the last column, ``digest``.
 
-
-def _run(workers: Workers, trials: dict[Key, Trial]) -> Iterator[tuple[Key, Outcome]]:
-    """Workers and trials in; each trial with what became of it, in the order they are done, out.
-
-    They are begun in a random order, so that the time left can be told from those that are done.
-    Those whose worker died are tried again at the end, one at a time: then it is known whose fault it was.
+    Raises
+    ------
+    RuntimeError
+        If trials fail; then nothing is written, and the others are kept in the store.
     """
-    waiting = list(trials)
-    random.Random(0).shuffle(waiting)
-    tries = dict.fromkeys(trials, 0)
-    again: list[Key] = []
-    running = 0
-    while waiting or again or running:
-        while waiting and running < workers.at_once:
-            key = waiting.pop()
-            workers.start(key, trials[key])
-            running += 1
-        if again and not waiting and not running:
-            key = again.pop()
-            workers.start(key, trials[key])
-            running += 1
-        for key, outcome in workers.finished():
-            running -= 1
-            if outcome.rows or outcome.error:
-                yield key, outcome
-                continue
-            tries[key] += 1
-            if tries[key] < TRIES:
-                again.insert(0, key)
-            else:
-                yield key, Outcome(error=f"its worker died {TRIES} times (out of memory?)")
+    result = sweep(function, trials, store, jobs=jobs, cluster=cluster, data_files=CONSTANTS)
+    if result.failures:
+        raise RuntimeError(result.failure_line())
+    table = result.table.assign(digest=digest_of(function, CONSTANTS))
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    table.to_csv(path, index=False, lineterminator="\n")
+    return table

@@ -65,7 +65,7 @@ def test_only_the_files_constants_are_tried_and_nothing_is_written(
 def test_all_candidates_are_written_the_best_first(
     run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
 ) -> None:
-    (tmp_path / "figures").mkdir()
+    (tmp_path / "results").mkdir()
     code, out, _ = run("--draws", "20", "--jobs", "1")
     assert code == 0
     table = pd.read_csv(tmp_path / command_calibrate.TABLE)

@@ -1,4 +1,4 @@
-"""``bicode sweep``, and the table that notebooks take, with trials that cost nothing."""
+"""``bicode sweep`` and the tables it writes, with trials that take no time."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from tests.evaluation import cheap_trials
 
 from bicode_studies.cli.main import main
-from bicode_studies.paper_experiments.figure_table import default_jobs, figure_table
+from bicode_studies.paper_experiments import results
+from bicode_studies.paper_experiments.results import figure_table, is_current, read_results
+from bicode_studies.sweep.workers import default_jobs
+from tests.studies.sweep import cheap_trials
 from tests.studies.sweep.cheap_trials import Cheap
 
 Sweep = Callable[..., tuple[object, str, str]]
@@ -19,14 +21,14 @@ Sweep = Callable[..., tuple[object, str, str]]
 
 @pytest.fixture
 def experiments(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> types.SimpleNamespace:
-    """In place of the experiments: cheap trials at two distances, and a repository of their own to keep them in."""
+    """Replace the experiments by cheap trials at two distances, and the repository by one of their own."""
     stub = types.SimpleNamespace(
-        run_trial=cheap_trials.run,
         conditions=lambda figure, quick: [Cheap(distance_m=float(figure)), Cheap(distance_m=float(figure) + 0.5)],
         seeds=lambda condition, quick: range(2 if quick else 3),
     )
-    monkeypatch.setattr("bicode_studies.paper_experiments.figure_table.experiments", stub)
-    monkeypatch.setattr("bicode_studies.paper_experiments.figure_table.Condition", Cheap)
+    monkeypatch.setattr(results, "grids", stub)
+    monkeypatch.setattr(results, "run_trial", cheap_trials.run)
+    monkeypatch.setattr(results, "Condition", Cheap)
     for name in ("notebooks", "bicode_lab"):
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path)
@@ -36,7 +38,7 @@ def experiments(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> types.Simple
 
 @pytest.fixture
 def sweep(experiments: types.SimpleNamespace, capsys: pytest.CaptureFixture[str]) -> Sweep:
-    """A function: words typed after ``bicode sweep`` in; (exit code, stdout, stderr) out."""
+    """Return a function that runs ``bicode sweep`` with some words and returns (exit code, stdout, stderr)."""
 
     def run(*words: str) -> tuple[object, str, str]:
         with pytest.raises(SystemExit) as ended:
@@ -58,20 +60,60 @@ def test_it_prints_the_accuracies_of_each_condition(sweep: Sweep, tmp_path: Path
     assert (tmp_path / "build" / "sweeps.sqlite").is_file()
 
 
-def test_notebooks_take_what_the_command_has_run(
-    sweep: Sweep, experiments: types.SimpleNamespace, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def expected_rows(figure: float, seeds: int) -> pd.DataFrame:
+    """Return the table of a figure as a loop would make it."""
+    distances = (figure, figure + 0.5)
+    rows = [row for d in distances for seed in range(seeds) for row in cheap_trials.run(Cheap(distance_m=d), seed)]
+    return pd.DataFrame(rows)
+
+
+def test_notebooks_take_what_the_command_has_run(sweep: Sweep, monkeypatch: pytest.MonkeyPatch) -> None:
     assert sweep("all", "--store", "kept.sqlite", "--jobs", "1")[0] == 0
-    monkeypatch.setattr("bicode_studies.sweep.sweep._workers", None)  # nothing may be left to run
-    table = figure_table("11", quick=True, store="kept.sqlite")
-    expected = [
-        row for d in (11.0, 11.5) for seed in range(2) for row in cheap_trials.run(Cheap(distance_m=d), seed)
-    ]  # fmt: skip
-    pd.testing.assert_frame_equal(table, pd.DataFrame(expected), check_dtype=False)
+    monkeypatch.setattr("bicode_studies.sweep.sweep.LocalWorkers", None)  # nothing may be left to run
+    expected = expected_rows(11, seeds=2)
+    pd.testing.assert_frame_equal(figure_table("11", quick=True), expected, check_dtype=False)
+    read = read_results("11", quick=True)
+    assert read is not None
+    assert read["share"].tolist() == expected["share"].tolist()  # to the last bit
+    for path in Path("results/quick").glob("11.*"):
+        path.unlink()
+    pd.testing.assert_frame_equal(figure_table("11", quick=True, store="kept.sqlite"), expected, check_dtype=False)
 
 
-def test_trials_that_fail_are_one_line_and_exit_code_1(sweep: Sweep, experiments: types.SimpleNamespace) -> None:
-    experiments.run_trial = cheap_trials.run_or_raise
+def test_the_papers_scale_and_the_short_grid_have_files_of_their_own(sweep: Sweep, tmp_path: Path) -> None:
+    assert read_results("14", quick=True) is None
+    assert sweep("14", "--full")[0] == 0
+    assert sorted(path.name for path in (tmp_path / "results").glob("*.*")) == ["14.csv", "14.json"]
+    assert is_current("14", quick=False)
+    assert not is_current("14", quick=True)
+    assert len(figure_table("14", quick=False)) == len(expected_rows(14, seeds=3))
+    assert len(figure_table("14", quick=True)) == len(expected_rows(14, seeds=2))
+    assert (tmp_path / "results" / "quick" / "14.csv").is_file()
+
+
+def test_a_table_is_made_again_where_its_code_or_grid_has_changed(
+    experiments: types.SimpleNamespace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    csv, made_by = (tmp_path / "results" / "quick" / name for name in ("09.csv", "09.json"))
+    figure_table("09", quick=True)
+    first = csv.read_bytes(), made_by.read_bytes()
+    csv.write_text("distance_m\n1\n")
+    assert len(figure_table("09", quick=True)) == 1  # it is read, not made, where nothing says that it is old
+    made_by.write_text("{")
+    assert not is_current("09", quick=True)
+    figure_table("09", quick=True)
+    assert (csv.read_bytes(), made_by.read_bytes()) == first
+    experiments.seeds = lambda condition, quick: range(4)
+    assert not is_current("09", quick=True)
+    assert len(figure_table("09", quick=True)) == len(expected_rows(9, seeds=4))
+    monkeypatch.setattr(results, "digest_of", lambda function, files: "b")
+    assert not is_current("09", quick=True)
+
+
+def test_trials_that_fail_are_one_line_and_exit_code_1(
+    sweep: Sweep, experiments: types.SimpleNamespace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(results, "run_trial", cheap_trials.run_or_raise)
     experiments.conditions = lambda figure, quick: [Cheap(distance_m=5), Cheap(distance_m=20)]
     code, out, err = sweep("09")
     assert code == 1
@@ -81,6 +123,7 @@ def test_trials_that_fail_are_one_line_and_exit_code_1(sweep: Sweep, experiments
     assert "20" in out
     with pytest.raises(RuntimeError, match="no light at all"):
         figure_table("09", quick=True)
+    assert not list((tmp_path / "results" / "quick").iterdir())
 
 
 @pytest.mark.parametrize(
@@ -94,7 +137,7 @@ def test_trials_that_fail_are_one_line_and_exit_code_1(sweep: Sweep, experiments
     ],
 )
 def test_misuse_is_one_line(sweep: Sweep, words: list[str], said: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bicode_studies.sweep.cluster.TIMEOUT_S", 1)
+    monkeypatch.setattr("bicode_studies.sweep.workers.TIMEOUT_S", 1)
     code, _, err = sweep(*words)
     assert code == 2
     assert err.count("\n") == 1

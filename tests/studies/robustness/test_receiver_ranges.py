@@ -1,4 +1,4 @@
-"""Where accuracy falls to a half, found again in curves that were drawn with a known place for it."""
+"""Ranges are found again in curves that fall to one half at a known distance."""
 
 import numpy as np
 import pandas as pd
@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_studies.robustness.receiver_ranges import crossing_m, receiver_ranges
+from bicode_studies.robustness.receiver_ranges import receiver_ranges
 from bicode_studies.robustness.stressors import DISTANCE
+from bicode_studies.statistics import ranges_m
 
 DISTANCES = np.arange(10.0, 51.0, 2.5)
 
@@ -15,13 +16,7 @@ DISTANCES = np.arange(10.0, 51.0, 2.5)
 @given(at=st.floats(10.1, 49.9), steep=st.floats(0.05, 0.3))
 def test_the_range_of_a_straight_fall_is_where_it_crosses(at: float, steep: float) -> None:
     accuracy = 0.5 - steep * (DISTANCES - at)
-    assert crossing_m(DISTANCES, accuracy) == pytest.approx(at)
-
-
-def test_the_first_fall_counts_and_none_is_beyond_all_distances() -> None:
-    assert crossing_m([1, 2, 3, 4], [1, 0.4, 0.9, 0.0]) < 2
-    assert crossing_m([1, 2], [1, 0.6]) == np.inf
-    assert np.isnan(crossing_m([1, 2], [0.4, 0.2]))
+    assert ranges_m(DISTANCES, accuracy[None]) == pytest.approx(at)
 
 
 def test_two_receivers_ranges_and_their_ratio_lie_in_their_intervals() -> None:
@@ -43,3 +38,16 @@ def test_two_receivers_ranges_and_their_ratio_lie_in_their_intervals() -> None:
         assert row["wrong_ids"] == 20 * DISTANCES.size
     assert found.loc["paper", "times_paper"] == found.loc["paper", "times_low"] == 1
     assert found.loc["soft", "times_low"] < 1.5 < found.loc["soft", "times_high"]
+
+
+def test_a_receiver_without_a_range_has_no_ratio() -> None:
+    rows = [
+        (DISTANCE.name, distance, seed, receiver, 15, right, 0)
+        for receiver, right in (("paper", 0), ("soft", 15))
+        for seed in range(3)
+        for distance in DISTANCES
+    ]
+    columns = ["stressor", "level", "seed", "receiver", "periods", "right", "wrong_ids"]
+    paper, soft = receiver_ranges(pd.DataFrame(rows, columns=columns), np.random.default_rng(0)).to_dict("records")
+    assert (paper["range_m"], soft["range_m"]) == (0.0, DISTANCES[-1])
+    assert np.isnan([paper["times_paper"], soft["times_paper"], soft["times_low"], soft["times_high"]]).all()

@@ -1,21 +1,22 @@
-"""Making recordings worse: each stressor does what it says and no more, and trials repeat."""
+"""Each stressor damages events as it says and no more, and trials repeat."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from bicode_lab.events import Events, check_events, make_events
+from bicode_studies.paper_experiments.scenes import window_scene
 from bicode_studies.robustness import stressors as module
 from bicode_studies.robustness.stressors import (
     STRESSORS,
+    StressCondition,
     add_hot_pixels,
     add_noise,
+    drop_events,
     jitter_times,
-    lose_events,
-    over_seeds,
-    saturate,
+    saturate_readout,
     stress,
-    stress_scene,
+    stress_curves,
 )
 
 WIDTH, HEIGHT, DURATION_US = 40, 30, 1_000_000
@@ -41,7 +42,7 @@ def as_counts(events: Events) -> dict[tuple[int, ...], int]:
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_the_share_said_is_lost_and_the_rest_is_as_it_was(events: Events, share: float) -> None:
     before = events.copy()
-    left = lose_events(events, share, np.random.default_rng(0))
+    left = drop_events(events, share, np.random.default_rng(0))
     sigma = np.sqrt(events.size * share * (1 - share))
     assert abs(left.size - events.size * (1 - share)) <= 5 * sigma
     whole = as_counts(events)
@@ -84,14 +85,14 @@ def test_jitter_moves_times_by_its_sigma_and_nothing_else(events: Events) -> Non
 
 
 def test_a_link_passes_its_rate_and_what_its_buffer_holds(events: Events) -> None:
-    assert saturate(events, 10.0).size == events.size
-    passed = saturate(events, 0.005, buffer_events=1000).size  # 5000 a second, of 20 000
+    assert saturate_readout(events, 10.0).size == events.size
+    passed = saturate_readout(events, 0.005, buffer_events=1000).size  # 5000 a second, of 20 000
     assert passed == pytest.approx(5000 + 1000, rel=0.02)
 
 
 @pytest.mark.parametrize(
     ("change", "value", "words"),
-    [(lose_events, 1.5, "share=1.5"), (jitter_times, -1, "sigma_us=-1")],
+    [(drop_events, 1.5, "probability=1.5"), (jitter_times, -1, "sigma_us=-1")],
 )
 def test_nonsense_is_refused(events: Events, change, value: float, words: str) -> None:
     with pytest.raises(ValueError, match=words):
@@ -99,20 +100,25 @@ def test_nonsense_is_refused(events: Events, change, value: float, words: str) -
 
 
 def test_seeds_are_markers_of_their_own_and_ids_are_not_0() -> None:
-    markers = [stress_scene(20.0, seed).markers[0].marker for seed in range(200)]
+    markers = [window_scene(20.0, seed).markers[0].marker for seed in range(200)]
     assert len({marker.payload for marker in markers}) > 100
     assert min(marker.payload for marker in markers) > 0  # 0 is what lamps look like
-    assert abs(stress_scene(20.0, 0, 300).markers[0].marker.clock_error_ppm) == 300
+    assert abs(window_scene(20.0, 0, 300).markers[0].marker.clock_error_ppm) == 300
 
 
 def test_a_trial_repeats_and_half_the_events_hurt_the_papers_rule(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "RECEIVERS", ("paper",))
-    loss = next(stressor for stressor in STRESSORS if stressor.name == "loss")
-    pd.testing.assert_frame_equal(stress(loss, 0.5, 0), stress(loss, 0.5, 0))
-    table = pd.concat([stress(loss, level, seed) for level in (0.0, 0.5) for seed in range(6)])
-    summary = over_seeds(table, np.random.default_rng(0)).set_index("level")
+    monkeypatch.setattr(module, "RECEIVERS", {"paper": module.RECEIVERS["paper"]})
+    none, half = (StressCondition(stressor="loss", level=level) for level in (0.0, 0.5))
+    assert stress(half, 0) == stress(half, 0)
+    table = pd.DataFrame([row for condition in (none, half) for seed in range(6) for row in stress(condition, seed)])
+    summary = stress_curves(table).set_index("level")
     assert summary["seeds"].tolist() == [6, 6]
     assert summary.loc[0.5, "high"] < summary.loc[0.0, "low"]
+
+
+def test_an_unknown_stressor_is_refused() -> None:
+    with pytest.raises(ValueError, match="stressor 'rain' is not known; choose one of loss, noise"):
+        StressCondition(stressor="rain", level=1.0)
 
 
 def test_every_stressor_is_known_and_begins_with_none_of_it() -> None:

@@ -1,10 +1,11 @@
-"""Trials that cost nothing, for the tests of sweeps; in a module of their own, so that workers find them."""
+"""Trials that take no time, for the tests of sweeps; they have a module of their own, so that workers find them."""
 
 from __future__ import annotations
 
 import os
 import signal
 import time
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ class Cheap:
 
 
 def run(condition: Cheap, seed: int) -> list[dict[str, Any]]:
-    """Two rows of numbers that depend on condition and seed alone."""
+    """Return two rows of numbers that depend on condition and seed alone."""
     time.sleep(condition.wait_s)
     if condition.note_in:
         (Path(condition.note_in) / f"{condition.distance_m}_{seed}_{os.getpid()}_{time.monotonic_ns()}").touch()
@@ -35,14 +36,61 @@ def run(condition: Cheap, seed: int) -> list[dict[str, Any]]:
 
 
 def run_or_raise(condition: Cheap, seed: int) -> list[dict[str, Any]]:
-    """As `run`, but at 5 m seed 1 raises."""
+    """Return what `run` does, but raise at 5 m with seed 1."""
     if condition.distance_m == 5 and seed == 1:
         raise ArithmeticError("no light\nat all")
     return run(condition, seed)
 
 
 def run_or_die(condition: Cheap, seed: int) -> list[dict[str, Any]]:
-    """As `run`, but at 5 m seed 1 takes its worker with it."""
+    """Return what `run` does, but kill the worker at 5 m with seed 1."""
     if condition.distance_m == 5 and seed == 1:
         os.kill(os.getpid(), signal.SIGKILL)
     return run(condition, seed)
+
+
+def count(condition: Any, seed: int) -> list[dict[str, Any]]:
+    """Return rows as `false_ids.count_piece`, without a recording, and note the call in the folder ``NOTES``."""
+    (Path(os.environ["NOTES"]) / f"{seed}_{condition.receiver}").touch(exist_ok=False)
+    counted = {"seconds": 30.0, "looked_at": 5, "structures": 2, "passed": 1, "ids": 1, "zeros": 0, "events": 100}
+    return [
+        {"piece": seed, "clutter": "mains lamps", "receiver": condition.receiver, "checksum": checksum, **counted}
+        for checksum in ("sum", "crc3")
+    ]
+
+
+def count_periods(condition: Any, seed: int) -> list[dict[str, Any]]:
+    """Return rows as `stressors.stress`, without a recording."""
+    distance_m = condition.level if condition.stressor == "distance" else 30.0
+    shared = {"stressor": condition.stressor, "level": condition.level, "distance_m": distance_m, "seed": seed}
+    right = 15 if distance_m < 40 else 0
+    return [
+        {**shared, "receiver": receiver, "periods": 15, "right": right, "wrong_ids": 0}
+        for receiver in ("paper", "soft, 1 period", "soft, 30 periods")
+    ]
+
+
+def fail(condition: Any, seed: int) -> list[dict[str, Any]]:
+    """Raise an error."""
+    raise ArithmeticError("no light")
+
+
+class Here:
+    """Workers that run each trial in this process, when it is submitted."""
+
+    at_once = 1
+
+    def __init__(self, jobs: int) -> None:
+        pass
+
+    def submit(self, task: Any, trial: tuple[Any, int]) -> Future[Any]:
+        """Run a trial."""
+        future: Future[Any] = Future()
+        future.set_result(task(*trial))
+        return future
+
+    def check(self) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""

@@ -1,4 +1,4 @@
-"""The same sweep on a Dask cluster: two worker processes, one of them killed in the middle."""
+"""The same sweep runs on a Dask cluster: two worker processes, one of them killed in the middle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 from distributed import Client, LocalCluster
 
-from bicode_studies.sweep import cluster as module
+from bicode_studies.sweep import workers as module
 from bicode_studies.sweep.sweep import Sweep, sweep
 from tests.studies.sweep.cheap_trials import run, run_or_die, run_or_raise
 from tests.studies.sweep.test_sweep import committed, runs_noted, stored, trials_of, wait_until
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def two_workers() -> Iterator[LocalCluster]:
-    """A scheduler and two worker processes of one thread; a trial that killed its worker once is not tried again."""
+    """Yield a scheduler and two worker processes of one thread, which try a trial that killed its worker once only."""
     allow = {"distributed.scheduler.allowed-failures": 0}
     with (
         dask.config.set(allow),

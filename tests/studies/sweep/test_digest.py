@@ -142,6 +142,19 @@ def test_a_module_that_moves_and_gets_another_name_keeps_its_digest(digest: Call
     assert digest("trial.py", FILES["trial.py"], text.replace("far.away", "far.distant")) != before
 
 
+def test_names_that_a_folder_loads_late_are_followed(digest: Callable[..., str], tmp_path: Path) -> None:
+    before = digest()
+    shop = tmp_path / "toy_trials" / "shop"
+    (shop / "__init__.py").write_text("")
+    (shop / "__init__.pyi").write_text("from .goods import four as four\n")
+    assert digest("shop/__init__.py", FILES["shop/__init__.py"], "") == before
+    (shop / "__init__.pyi").unlink()
+    listed = "from typing import TYPE_CHECKING\n\nif TYPE_CHECKING:\n    from .goods import four\n"
+    assert digest("shop/__init__.py", FILES["shop/__init__.py"], listed) == before
+    with pytest.raises(ValueError, match="does not say where 'four' comes from"):
+        digest("shop/__init__.py", FILES["shop/__init__.py"], "")
+
+
 def test_a_trial_that_moves_keeps_its_digest(digest: Callable[..., str], tmp_path: Path) -> None:
     before = digest()
     (tmp_path / "toy_trials" / "far" / "unused.py").write_text("UNUSED = 1\n")

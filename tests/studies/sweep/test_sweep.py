@@ -1,4 +1,4 @@
-"""A sweep gives one table, whatever happens on the way to it."""
+"""A sweep gives the same table, whatever happens on the way to it."""
 
 from __future__ import annotations
 
@@ -8,16 +8,20 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from bicode_studies.sweep import sweep as module
+from bicode_studies.sweep.store import Key
 from bicode_studies.sweep.sweep import sweep
+from bicode_studies.sweep.workers import Outcome, Task, Trial, run_trials
 from tests.studies.sweep.cheap_trials import Cheap, run, run_or_die, run_or_raise
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -30,18 +34,18 @@ def trials_of(
 
 
 def runs_noted(folder: Path) -> Counter[str]:
-    """How often each trial has run: its distance and seed -> a count."""
+    """Return how often each trial has run, by its distance and seed."""
     return Counter("_".join(path.name.split("_")[:2]) for path in folder.iterdir())
 
 
 def stored(path: Path) -> list[tuple[str, int, int]]:
-    """(condition, seed, how often) of all that a store holds."""
+    """Return (condition, seed, how often) of all that a store holds."""
     with sqlite3.connect(path) as file:
         return file.execute("SELECT condition, seed, count(*) FROM trials GROUP BY condition, seed").fetchall()
 
 
 def plain(trials: list[tuple[Cheap, int]]) -> pd.DataFrame:
-    """The table as a loop would make it."""
+    """Return the table as a loop would make it."""
     return pd.DataFrame([row for trial in trials for row in run(*trial)])
 
 
@@ -138,7 +142,7 @@ if __name__ == "__main__":
 
 @pytest.fixture
 def in_the_middle(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """A process of its own that runs 30 trials, given back when some are done and most are not."""
+    """Yield a process of its own that runs 30 trials, when some are done and most are not."""
     script, store = tmp_path / "script.py", tmp_path / "s.sqlite"
     script.write_text(SCRIPT)
     (tmp_path / "notes").mkdir()
@@ -154,7 +158,7 @@ def in_the_middle(tmp_path: Path) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def committed(path: Path) -> list[object]:
-    """What a store holds while another process writes to it."""
+    """Return what a store holds while another process writes to it."""
     try:
         return list(stored(path))
     except sqlite3.OperationalError:
@@ -226,9 +230,8 @@ def test_ctrl_c_stops_it_at_once(in_the_middle: subprocess.Popen[bytes], tmp_pat
 
 def test_trials_tried_again_run_alone() -> None:
     """Two workers; whatever runs beside trial 0 dies with it, and only once."""
-    workers = TogetherTheyDie()
-    trials = {module.Key("c", seed): (None, seed) for seed in range(8)}
-    outcomes = dict(module._run(workers, trials))
+    trials: dict[Key, Trial] = {Key("c", seed): (None, seed) for seed in range(8)}
+    outcomes = dict(run_trials(TogetherTheyDie(), Task(rows_of_objects, "", ()), trials))
     assert {key.seed for key, outcome in outcomes.items() if outcome.error} == {0}
     assert len(outcomes) == 8
 
@@ -237,15 +240,26 @@ class TogetherTheyDie:
     at_once = 2
 
     def __init__(self) -> None:
-        self.running: list[module.Key] = []
+        self.running: list[tuple[int, Future[Outcome]]] = []
 
-    def start(self, key: module.Key, trial: module.Trial) -> None:
-        self.running.append(key)
+    def submit(self, task: Task, trial: Trial) -> Future[Outcome]:
+        future: Future[Outcome] = Future()
+        self.running.append((trial[1], future))
+        threading.Timer(0.02, self.end).start()
+        return future
 
-    def finished(self) -> Iterator[tuple[module.Key, module.Outcome]]:
+    def end(self) -> None:
+        """End all that runs, once two trials or the last ones have been submitted."""
         ended, self.running = self.running, []
-        died = any(key.seed == 0 for key in ended)
-        yield from ((key, module.Outcome() if died else module.Outcome(rows="[]")) for key in ended)
+        died = any(seed == 0 for seed, _ in ended)
+        for _, future in ended:
+            if died:
+                future.set_exception(BrokenProcessPool())
+            else:
+                future.set_result(Outcome(rows="[]"))
+
+    def check(self) -> None:
+        pass
 
     def close(self) -> None:
         pass
