@@ -207,5 +207,18 @@ def filled_up(events: Events, mev_per_s: float, seconds: float) -> Events:
 
 
 def near_stream(mev_per_s: float, seconds: float) -> Events:
-    """Return the events of the near scene, filled up to a rate; parameters are those of `filled_up`."""
+    """Return the events of the near scene, filled up to a rate.
+
+    Parameters
+    ----------
+    mev_per_s : float
+        Events per microsecond.
+    seconds : float
+        Length of the stream [s].
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (n,)
+        Events sorted by time, from 0.
+    """
     return filled_up(record(near_scene(), seconds, rng=0), mev_per_s, seconds)

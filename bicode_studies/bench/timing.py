@@ -74,7 +74,20 @@ def time_in_turn(repeats: int, *work: Callable[[], Any]) -> list[Timing]:
 
 
 def cpu_seconds(work: Callable[[], Any], repeats: int = 3) -> float:
-    """Return the shortest processor time of a piece of work [s], see `time_in_turn`."""
+    """Return the shortest processor time of a piece of work, see `time_in_turn`.
+
+    Parameters
+    ----------
+    work : callable
+        A function without arguments.
+    repeats : int
+        How often it is timed.
+
+    Returns
+    -------
+    float
+        Processor time [s].
+    """
     return time_in_turn(repeats, work)[0].cpu_s
 
 

@@ -34,7 +34,19 @@ def receive(events: Events, settings: ReceiverSettings) -> int:
 
 
 def receive_plainly(events: Events, settings: ReceiverSettings) -> int:
-    """Read events with the receiver in plain NumPy and OpenCV; parameters and result are those of `receive`."""
+    """Read events with the receiver in plain NumPy and OpenCV.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        Times from 0, the start of the first period.
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    int
+        Number of regions.
+    """
     receiver = PlainReceiver(settings)
     return sum(len(receiver(start, part)) for start, part in windows(events, settings.delta_t_whole_us, t0_us=0))
 

@@ -51,7 +51,19 @@ def id_curve(figure: str, where: Where, receiver: str = "ours") -> Curve:
 
 
 def curve_2d(figure: str, where: Where) -> Curve:
-    """Return the curve of 2D markers of a figure under a condition (column to value)."""
+    """Return the curve of 2D markers of a figure under a condition.
+
+    Parameters
+    ----------
+    figure : str
+        "08" .. "14".
+    where : mapping
+        Column to value.
+
+    Returns
+    -------
+    Curve
+    """
     return Curve(figure=figure, right="marker_2d_right", where={"receiver": "ours", "frame_rule_2d": "any", **where})
 
 
@@ -97,7 +109,18 @@ def _drawn_means(values: Floats, rng: np.random.Generator) -> Floats:
 
 
 def region_rises(*panels: str) -> ClaimTest:
-    """Test that the marker's region grows from each panel of Fig. 13 to the next, the smallest first."""
+    """Test that the marker's region grows from panel to panel of Fig. 13.
+
+    Parameters
+    ----------
+    *panels : str
+        "a" .. "k", the one with the smallest region first.
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`.
+    """
 
     def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)
@@ -108,7 +131,18 @@ def region_rises(*panels: str) -> ClaimTest:
 
 
 def region_ratio(above: str, below: str) -> ClaimTest:
-    """Test the ratio of the marker's regions in two panels of Fig. 13."""
+    """Test the ratio of the marker's regions in two panels of Fig. 13.
+
+    Parameters
+    ----------
+    above, below : str
+        Panels of the numerator and of the denominator, "a" .. "k".
+
+    Returns
+    -------
+    callable
+        A `ClaimTest`.
+    """
 
     def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
         rng = np.random.default_rng(0)

@@ -91,7 +91,18 @@ def missing_line(found: set[str], quick: bool) -> str:
 
 
 def interval_text(row: dict[object, object]) -> str:
-    """Return the interval of a row of `judge_claims` in words; empty where it has none."""
+    """Return the 95 % interval of a claim in words.
+
+    Parameters
+    ----------
+    row : dict
+        A row of `judge_claims`.
+
+    Returns
+    -------
+    str
+        Empty if the row has no interval.
+    """
     low, high = (float(str(row[end])) for end in ("low", "high"))
     return "" if math.isnan(low) else f"{low:.3g} .. {high:.3g}"
 
@@ -164,7 +175,17 @@ def as_markdown(judged: pd.DataFrame) -> str:
 
 
 def as_page(judged: pd.DataFrame) -> str:
-    """Return the text of ``docs/claims.md``: what the verdicts mean, and `as_markdown`."""
+    """Return the text of ``docs/claims.md``: what the verdicts mean, and the tables of `as_markdown`.
+
+    Parameters
+    ----------
+    judged : DataFrame
+        Rows of `judge_claims`.
+
+    Returns
+    -------
+    str
+    """
     return f"{HEAD}\n{as_markdown(judged)}\n"
 
 

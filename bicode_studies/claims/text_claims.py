@@ -43,12 +43,34 @@ A_PART = "the name of a part; a simulation has none"
 
 
 def computed(ours: Callable[[], float]) -> FactTest:
-    """Test a number that is worked out from the package against the one that the claim states."""
+    """Test a number that is worked out from the package against the one that the claim states.
+
+    Parameters
+    ----------
+    ours : callable
+        Returns the number.
+
+    Returns
+    -------
+    callable
+        A `FactTest`.
+    """
     return lambda tables, stated: compare(ours(), stated)
 
 
 def as_stated(ours: Callable[[], float]) -> FactTest:
-    """Show a number that the package takes from the paper; agreement is no evidence."""
+    """Show a number that the package takes from the paper; agreement is no evidence.
+
+    Parameters
+    ----------
+    ours : callable
+        Returns the number.
+
+    Returns
+    -------
+    callable
+        A `FactTest`.
+    """
     return lambda tables, stated: replace(compare(ours(), stated), is_input=True)
 
 
@@ -82,7 +104,18 @@ def was_tried(figure: str, column: str, where: Where | None = None, scale: float
 
 
 def distances_tried(figure: str) -> FactTest:
-    """Check that the trials of a figure reach from the first to the last distance that the claim states."""
+    """Check that the trials of a figure reach from the first to the last distance that the claim states.
+
+    Parameters
+    ----------
+    figure : str
+        "08" .. "14".
+
+    Returns
+    -------
+    callable
+        A `FactTest`; what it finds went into the trials, so it is no evidence.
+    """
 
     def test(tables: Tables, stated: str) -> ClaimResult:
         at_m = rows_where(tables, figure, {})["distance_m"]
@@ -92,7 +125,7 @@ def distances_tried(figure: str) -> FactTest:
 
 
 def untestable(reason: str) -> FactTest:
-    """Return a test that says why the claim cannot be tested."""
+    """Return a `FactTest` that says why the claim cannot be tested."""
     return lambda tables, stated: ClaimResult(why_not=reason)
 
 

@@ -1,7 +1,7 @@
 """What the package says to statements of the paper that are no matter of chance: each is worked out by computation.
 
 Packets are encoded and read, settings are refused, events become frames. Each function that takes `tables` and
-`stated` is a `FactTest`.
+`stated` is a `FactTest`, whose parameters are described there.
 """
 
 from __future__ import annotations
@@ -22,13 +22,26 @@ from bicode_studies.claims.curves import rows_where
 from bicode_studies.link_budget.budget import link_budget
 
 FactTest = Callable[[Tables, str], ClaimResult]
-"""A test takes the tables of trials and the value that the claim states, and returns what we find."""
+"""A test of a claim without chance. It takes `tables`, the rows of trials by figure, and `stated`, the value that the
+claim states, as text; it returns a `ClaimResult`."""
 
 ABOUT = 0.1  # a value that the paper gives as "about" may differ by this share
 
 
 def fact(ours: str, holds: bool) -> ClaimResult:
-    """Return a result without chance: our finding in words, and whether it is as the paper says."""
+    """Return a result without chance.
+
+    Parameters
+    ----------
+    ours : str
+        Our finding in words.
+    holds : bool
+        Whether it is as the paper says.
+
+    Returns
+    -------
+    ClaimResult
+    """
     return ClaimResult(ours=ours, holds=bool(holds))
 
 
@@ -145,17 +158,6 @@ def shortest_window(tables: Tables, stated: str) -> ClaimResult:
     """Find the shortest window that holds a rise and a fall wherever it lies within the data (P14).
 
     Rises and falls alternate, so it is the longest time from an edge to the second edge after it.
-
-    Parameters
-    ----------
-    tables : mapping
-        Not used.
-    stated : str
-        The paper's window in ms.
-
-    Returns
-    -------
-    ClaimResult
     """
     needed = max(edges[i + 2] - edges[i] for edges in data_edges_us() for i in range(len(edges) - 2))
     return fact(f"{needed / 1e3:g} ms hold a rise and a fall anywhere in the data", needed / 1e3 == float(stated))

@@ -1,4 +1,4 @@
-"""Tables of trials from a world that is as the paper says, for the tests of claims; no camera in it."""
+"""Tables of trials from a world that is as the paper says, for the tests of claims; no camera is simulated."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ Accuracy = Callable[[float], float]
 
 
 def ends_at(half_m: float) -> Accuracy:
-    """A 50 % distance in; an accuracy that falls about it out."""
+    """Return an accuracy that falls through one half at a distance."""
     return lambda d: float(np.clip(1 / (1 + np.exp((d - half_m) * 12 / half_m)), 0, 1)) if d > 0.75 * half_m else 1.0
 
 
 def rows(
     id_right: Accuracy, plate_right: Accuracy, most_m: float = 50, **condition: object
 ) -> Iterator[dict[str, object]]:
-    """Two curves and a condition in, the rows of its trials out; counts are drawn, each seed for itself."""
+    """Yield the trials of a condition; chance draws the counts of each seed from two accuracy curves."""
     rng = np.random.default_rng([len(str(condition)), round(1000 * most_m)])
     for d in (d for d in DISTANCES_M if d <= most_m):
         for seed in range(SEEDS):
@@ -33,11 +33,12 @@ def rows(
 
 
 def never(d: float) -> float:
+    """Return an accuracy of 0."""
     return 0.0
 
 
 def paper_world() -> dict[str, pd.DataFrame]:
-    """Nothing in; trials by figure, of a world in which every claim holds, out."""
+    """Return the trials by figure of a world in which every claim holds."""
     base = {"size_m": 0.05, "current_ma": 10.7, "band": "red", "illuminance_lux": 350.0, "yaw_deg": 0.0}
     currents = {5.5: (14, 4.2), 10.7: (21.5, 3.6), 21.3: (31.5, 2.9)}
     yaws = {0.0: (21.5, 3.6), 40.0: (19.5, 3.4), 80.0: (11, None)}
@@ -73,7 +74,7 @@ def paper_world() -> dict[str, pd.DataFrame]:
 
 
 def panels() -> pd.DataFrame:
-    """Regions of Fig. 13's frames, some pixels more or less by seed."""
+    """Return the regions of the frames of Fig. 13, which differ by some pixels from seed to seed."""
     area = dict(zip("abcdefghijk", (900, 1000, 1200, 800, 270, 260, 4000, 90, 90, 9000, 900), strict=True))
     rng = np.random.default_rng(0)
     return pd.DataFrame(

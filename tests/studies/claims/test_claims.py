@@ -88,7 +88,7 @@ def test_every_claim_has_one_test_and_none_is_left_out() -> None:
 
 
 def test_no_more_is_calibrated_on_than_was_agreed() -> None:
-    """Fig. 8's seven, the abstract's two, and three others by name; each with its reason."""
+    """Only the seven claims of Fig. 8, two of the abstract, and three others are calibrated on, each with a reason."""
     measured = set(CLAIMS.loc[CLAIMS["kind"].isin(["number", "order"]), "id"])
     assert set(CALIBRATED_ON) <= measured
     others = set(CALIBRATED_ON) - {f"F8.{n}" for n in range(1, 8)} - {"A1", "A2"}
@@ -203,7 +203,7 @@ def test_an_order_may_tie_where_accuracy_ends_but_not_turn() -> None:
 
 
 def test_chance_alone_breaks_an_order_seldom() -> None:
-    """200 orders that are ties in truth, at six places each: about 5 % may look broken, and few more."""
+    """Of 200 orders that are ties in truth, with six places each, chance may break about 5 %, and few more."""
     broken = 0
     for n in range(200):
         rng = np.random.default_rng(n)
@@ -248,7 +248,7 @@ def test_trials_that_are_not_there_are_told() -> None:
 
 
 def test_conditions_in_columns_are_those_in_words() -> None:
-    """Each number in the columns stands in the claim's words, in its unit there; each word of a light has its band."""
+    """Find each number of the columns in the words of the condition, in the unit used there."""
     units = {"distance_from_m": "m", "distance_to_m": "m", "size_m": "cm", "current_ma": "mA", "illuminance_lux": "lx",
              "yaw_deg": "theta", "speed_m_per_s": "m/s", "rpm": "rpm"}  # fmt: skip
     for claim in CLAIMS.to_dict("records"):
@@ -272,7 +272,7 @@ def test_conditions_are_in_columns_for_numbers_and_what_is_said_to_them_for_meas
 
 
 def test_the_papers_columns_are_those_of_its_reading() -> None:
-    """Value, bounds and condition as they were first read from the paper, where that file is at hand."""
+    """Compare values, bounds and conditions with the first reading of the paper, where that file is at hand."""
     if not (PAPER / "claims.csv").is_file():
         pytest.skip("the first reading of the paper is not here: put it in ../shared/paper/claims.csv")
     first = pd.read_csv(PAPER / "claims.csv", dtype=str, keep_default_na=False)
@@ -282,7 +282,7 @@ def test_the_papers_columns_are_those_of_its_reading() -> None:
 
 
 def test_every_quote_is_in_the_paper() -> None:
-    """Letter by letter, where the paper's text is at hand; "..." leaves words out."""
+    """Compare each quote with the paper's text letter by letter, where it is at hand; "..." leaves out words."""
     if not (PAPER / "bicode.txt").is_file():
         pytest.skip("the paper's text is not here: put it in ../shared/paper/bicode.txt beside the project")
 

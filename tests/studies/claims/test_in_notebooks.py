@@ -1,4 +1,4 @@
-"""What ends the notebooks of section IV: constants, points and verdicts, each from its file."""
+"""The end of the notebooks on section IV: constants, points and verdicts."""
 
 import pandas as pd
 
@@ -8,7 +8,7 @@ from bicode_studies.claims.verdicts import VERDICTS
 
 
 def trials(right: int) -> pd.DataFrame:
-    """Ten seeds of 20 periods at two distances and three angles, `right` of them right."""
+    """Return trials of ten seeds with 20 periods, `right` of them right, at two distances and three angles."""
     rows = [
         {"figure": "09", "distance_m": d, "yaw_deg": yaw, "seed": seed, "receiver": "ours", "frame_rule_2d": "any",
          "periods": 20, "id_right": right, "marker_2d_right": right}

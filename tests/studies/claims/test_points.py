@@ -1,4 +1,4 @@
-"""The paper's points are read from its claims, and each lies where the claim says."""
+"""The points to draw are those of the paper's claims, and each lies where its claim says."""
 
 import pandas as pd
 import pytest

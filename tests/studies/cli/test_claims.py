@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A repository with the claims, and with trials of a world as the paper says."""
+    """Return a repository with the claims, and with trials of a world as the paper says."""
     root = tmp_path_factory.mktemp("repository")
     for name in ("notebooks", "bicode_lab", "data", "figures", "results"):
         (root / name).mkdir()
@@ -42,7 +42,7 @@ def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def claims(repository: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """A function that takes the words after ``bicode claims`` and returns exit code, stdout and stderr."""
+    """Return a function that runs ``bicode claims`` with some words and returns exit code, stdout and stderr."""
     monkeypatch.chdir(repository)
 
     def run(*words: str) -> tuple[object, str, str]:
@@ -93,7 +93,7 @@ def test_it_writes_the_page_and_the_same_page_again(claims, repository: Path) ->
 
 
 def test_the_same_trials_give_the_same_table() -> None:
-    """Rows in any order, numbers as a figure's file keeps them: six digits."""
+    """Shuffle the rows of the trials; the verdicts stay the same."""
     claims = read_claims()
     world = paper_world()
     shuffled = {figure: table.sample(frac=1, random_state=3) for figure, table in world.items()}
@@ -107,7 +107,7 @@ def test_the_same_trials_give_the_same_table() -> None:
 
 @pytest.fixture(scope="module")
 def judged() -> pd.DataFrame:
-    """Every claim, judged by the committed trials."""
+    """Return every claim, judged by the committed trials."""
     tables = read_trials(quick=False)
     line = missing_line(set(tables), quick=False)
     if line:
