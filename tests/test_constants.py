@@ -1,4 +1,4 @@
-"""The one file of constants: every value within its range and with a source, and the camera is set to it."""
+"""Tests of the file of constants: each value lies in its range and has a source, and the camera uses it."""
 
 import dataclasses
 import re
@@ -49,7 +49,8 @@ def test_both_thresholds_and_both_leds_have_the_files_value() -> None:
 
 
 def test_every_constant_is_asked_for_somewhere() -> None:
-    code = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
+    packages = (PACKAGE, PACKAGE.parent / "bicode_studies")
+    code = "\n".join(path.read_text(encoding="utf-8") for package in packages for path in package.rglob("*.py"))
     code = code.replace("infrared_share_{place}", "infrared_share_office infrared_share_evening")
     assert [name for name in EVERY if name not in code] == []
 
