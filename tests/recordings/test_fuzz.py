@@ -1,6 +1,6 @@
-"""Broken files by the thousand: an error of one line with its place, or good events; never a crash, a hang or nonsense.
+"""Tests with thousands of broken files: each gives good events or an error of one line that says where.
 
-Each file is read strictly and leniently, and must keep the promises of both (see `survive`).
+Each file is read strictly and leniently, and must keep the rules of both (see `survive`).
 """
 
 import re
@@ -29,7 +29,7 @@ COUNTED = {"random bytes": 1200, "random words": 1500, "flipped bytes": 1500, "c
 
 
 def few_events(seed=0, n=40):
-    """Events with rows that switch at once, over two time words and a turn of the 24-bit clock."""
+    """Return events with rows that switch at once, over two time words and a turn of the 24-bit clock."""
     rng = np.random.default_rng(seed)
     rows = []
     for k in range(3):
@@ -41,7 +41,7 @@ def few_events(seed=0, n=40):
 
 
 def evt2_bytes(events):
-    """Events in, EVT2 words out, one time word for each event."""
+    """Return events as EVT2 words, with one time word for each event."""
     words = []
     for x, y, p, t in events.tolist():
         words += [0x80000000 | t >> 6, p << 28 | (t & 63) << 22 | x << 11 | y]
@@ -50,7 +50,7 @@ def evt2_bytes(events):
 
 @pytest.fixture(scope="module")
 def small_files(tmp_path_factory):
-    """Format -> the bytes of a small good file."""
+    """Return the bytes of a small good file of each format."""
     folder = tmp_path_factory.mktemp("small")
     events = few_events()
     files = {"EVT2": evt2_bytes(events)}
@@ -62,7 +62,7 @@ def small_files(tmp_path_factory):
 
 
 def read(path, lenient):
-    """A recording and its events, or None and the complaint."""
+    """Return a recording and its events; if it cannot be read, None and the error message."""
     try:
         recording = open_recording(path, lenient=lenient)
         return recording, recording.read()
@@ -74,7 +74,7 @@ def read(path, lenient):
 
 
 def survive(path, content):
-    """The content of a file in; its lenient recording and events out, after both promises were checked."""
+    """Read a file strictly and leniently, check the rules of both, and return the lenient recording and events."""
     path.write_bytes(content)
     strict, events = read(path, lenient=False)
     recording, good = read(path, lenient=True)
@@ -92,7 +92,7 @@ def survive(path, content):
 
 
 def plain_rows(content, words, bits):
-    """The rows x, y, p, t of EVT2 or EVT3 words: the definition, a word at a time, for files in good order."""
+    """Decode EVT2 or EVT3 words of a good file to rows x, y, p, t, word by word as the format is defined."""
     rows, high, low, x, y, p = [], 0, 0, 0, 0, 0
     for word in words.tolist():
         kind, value = word >> (bits - 4), word & ((1 << bits - 4) - 1)
@@ -165,7 +165,7 @@ def test_damaged_at_random(tmp_path, small_files, name, kind):
 
 
 def likely_words(rng, name):
-    """Words of every kind with mostly small values, so that more of the format's grammar is met than by pure chance."""
+    """Return words of every kind with mostly small values, which occur together more often than random words would."""
     n = rng.integers(1, 150)
     if name == "EVT3":
         kinds = rng.choice([0, 2, 2, 3, 4, 5, 6, 6, 8, 8, 7, 14, 15, 1], n)

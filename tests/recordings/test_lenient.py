@@ -1,4 +1,4 @@
-"""Leniently: every good event of a damaged file, and what was dropped, counted by cause."""
+"""Tests of lenient reading: every good event of a damaged file is read, and what is dropped is counted by cause."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ EVT2_HEAD = b"% evt 2.0\n% geometry 640x480\n% end\n"
 
 
 def lenient(path, content):
-    """The content of a file in, its good events as rows and what was dropped out."""
+    """Return the good events of a file as rows, and what was dropped."""
     path.write_bytes(content)
     recording = open_recording(path, lenient=True, width=640, height=480)
     return recording.read().tolist(), recording.dropped
@@ -60,7 +60,7 @@ def test_one_false_time_high_does_not_carry_the_clock_away(tmp_path):
 
 
 def test_two_false_time_words_side_by_side_do_not_agree(tmp_path):
-    """Rows that became time words, twice in one slot: together they must not outweigh the words after them."""
+    """Two damaged time words in one place must not outweigh the time words after them."""
     body = [word for high in range(12) for word in (0x8000 | high, 0x6001, 0x0005, 0x2001)]
     good, _ = lenient(tmp_path / "a.raw", evt3(*body))
     body[4 * 5 + 3 : 4 * 5 + 3] = [0x80F6, 0x2001, 0x8147]

@@ -1,4 +1,4 @@
-"""Recordings: what is read is what the file holds, in bounded memory, on the file's own clock."""
+"""Tests of reading: the events are those of the file, with the times of its own clock, in bounded memory."""
 
 import tracemalloc
 
@@ -27,7 +27,7 @@ REAL = {  # file: format, width, height, where the size is from, events, first a
 
 
 def write_with_faery(path, events, version=None):
-    """Our events in, a file of another format out."""
+    """Write events with faery, and return the path."""
     theirs = np.empty(events.size, faery.EVENTS_DTYPE)
     for name, ours in (("t", "t"), ("x", "x"), ("y", "y"), ("on", "p")):
         theirs[name] = events[ours]
@@ -36,7 +36,7 @@ def write_with_faery(path, events, version=None):
 
 
 def decode_evt3_plainly(path, n_words):
-    """The first words of an EVT3 file as rows x, y, p, t: the format's definition, a word at a time."""
+    """Decode the first words of an EVT3 file to rows x, y, p, t, word by word as the format is defined."""
     data = path.read_bytes()
     while data.startswith(b"%"):
         data = data.split(b"\n", 1)[1]
@@ -103,7 +103,7 @@ def test_evt3_agrees_with_the_package_evt3(real_recordings, name):
     [("evk4_scene_evt3.raw", 0, 0), ("sparklers_evt2.raw", 0, 0), ("evk3_short_evt3.raw", 11, 0.0066)],
 )
 def test_evt_agrees_with_faery_but_where_the_sensor_corrects_a_time_word(real_recordings, name, late_us, share):
-    """There faery holds the later time, by which 0.66 % of that recording's events come 1 to 11 us late."""
+    """Where the sensor corrects a time word, faery keeps the later time: 0.66 % of the events are 1 to 11 us late."""
     events = open_recording(real_recordings / name).read()
     packets = list(faery.events_stream_from_file(real_recordings / name))
     for ours, field in (("x", "x"), ("y", "y"), ("p", "on")):

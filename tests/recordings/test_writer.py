@@ -1,4 +1,4 @@
-"""Writing: two independent readers find every event again, in its place and order, in any format."""
+"""Tests of writing: two independent readers find every event again in its place and order, in every format."""
 
 import tracemalloc
 
@@ -19,20 +19,20 @@ SUFFIXES = (".raw", ".aedat4", ".dat", ".csv", ".h5", ".npz")
 
 
 def read_with_faery(path):
-    """A path in, the events faery finds out."""
+    """Return the events that faery reads from a file."""
     packets = list(faery.events_stream_from_file(path))
     columns = [np.concatenate([packet[name] for packet in packets]) for name in ("x", "y", "on", "t")]
     return make_events(*columns)
 
 
 def read_with_evt3(path):
-    """A path in, the events the package evt3 finds out."""
+    """Return the events that the package evt3 reads from a file."""
     found = evt3.decode_file(str(path))
     return make_events(found.x, found.y, found.p, found.t.astype(np.int64))
 
 
 def encode_plainly(events, width):
-    """The rules of `recording_evt3`, an event at a time, in plain Python."""
+    """Encode events by the rules of `evt3_write`, one by one in plain Python."""
     words, high, low, row = [], -1, -1, -1
     rows = events.tolist()
     i = 0
@@ -65,7 +65,7 @@ def encode_plainly(events, width):
 
 
 def events_with_rows(rng, n_rows, width=1280, density=0.3):
-    """Rows of pixels that switch at once, as a plate's edge makes them: what vectors are for."""
+    """Return rows of pixels that switch at once, as the edge of a plate makes them: vectors are meant for these."""
     rows = []
     for k in range(n_rows):
         x = np.flatnonzero(rng.random(width) < density)
@@ -74,7 +74,7 @@ def events_with_rows(rng, n_rows, width=1280, density=0.3):
 
 
 def events_with_gaps(rng, n, start_us):
-    """Events at random, over more than one turn of the 24-bit clock, with gaps of 25 s and 100 s."""
+    """Return random events over more than one turn of the 24-bit clock, with gaps of 25 s and 100 s."""
     t = np.sort(rng.integers(0, 20 * SECOND_US, n)) + start_us
     t[n // 3 :] += 25 * SECOND_US
     t[n // 2 :] += 100 * SECOND_US

@@ -1,4 +1,4 @@
-"""``bicode marker``: one command from an ID to the files, and words for every misuse."""
+"""Tests of ``bicode marker``: it writes all files of a marker, and explains every misuse in one line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Call = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def call(capsys: pytest.CaptureFixture[str]) -> Call:
-    """A function: words typed after ``bicode marker`` in; (exit code, stdout, stderr) out."""
+    """Return a function that runs ``bicode marker`` and returns exit code, standard output and standard error."""
 
     def run(*words: object) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as ended:
@@ -61,7 +61,7 @@ def test_options_reach_the_files(call: Call, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("size_m", "ohm"), [(0.025, 1000), (0.05, 270), (0.1, 75)])
 def test_default_current_makes_plates_equally_bright(call: Call, tmp_path: Path, size_m: float, ohm: int) -> None:
-    """IV-C: 2.7, 10.7, 40.9 mA."""
+    """The paper's currents are 2.7, 10.7 and 40.9 mA (IV-C)."""
     code, said, _ = call("--id", 1, "--size-m", size_m, "--out", tmp_path)
     assert code == 0
     assert f"LED resistor {ohm} ohm" in said
