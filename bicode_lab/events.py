@@ -1,16 +1,16 @@
-"""The one event type, and what every stage does to it: make, check, slice, sign, merge.
+"""The type of events, and what every stage does with them: make, check, slice, merge, cut into windows.
 
 An event says that pixel (x, y) became brighter (p = 1) or darker (p = 0) at time t.
-Events are kept in one structured array, in the order of their times:
+Events are kept in one structured array, sorted by time:
 
     field   type   meaning                         range
     x       u2     column, from the left [px]      0 .. width - 1
     y       u2     row, from the top [px]          0 .. height - 1
     p       i2     polarity                        0 (OFF, darker), 1 (ON, brighter)
-    t       i8     time [us]                       never falling from one event to the next
+    t       i8     time [us]                       never decreases from one event to the next
 
-The layout is byte for byte that of Metavision's ``EventCD``. The paper writes the
-polarity as +1 and -1 (II-A); `polarity_sign` is the one place where that is made.
+The layout is byte for byte that of Metavision's ``EventCD``. The paper writes the polarity as +1 and -1 (II-A); only
+`polarity_sign` makes these values.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Events = npt.NDArray[np.void]
 
 
 def make_events(x: npt.ArrayLike, y: npt.ArrayLike, p: npt.ArrayLike, t_us: npt.ArrayLike) -> Events:
-    """Columns in, one event array out, sorted by time.
+    """Make an event array from its columns, sorted by time.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def make_events(x: npt.ArrayLike, y: npt.ArrayLike, p: npt.ArrayLike, t_us: npt.
     Raises
     ------
     ValueError
-        Where the columns differ in length, or a polarity is neither 0 nor 1.
+        If the columns differ in length, a polarity is neither 0 nor 1, or a coordinate is not in 0 .. 65535.
 
     Examples
     --------
@@ -73,18 +73,24 @@ def make_events(x: npt.ArrayLike, y: npt.ArrayLike, p: npt.ArrayLike, t_us: npt.
 
 
 def no_events() -> Events:
-    """Nothing in, an empty event array out."""
+    """Return an empty event array."""
     return np.empty(0, EVENT_DTYPE)
 
 
 def check_events(events: Events, width: int, height: int) -> None:
-    """An event array in; silence out where it keeps the rules above.
+    """Check that an event array keeps the rules at the top of this file.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+    width, height : int
+        Sensor size [px].
 
     Raises
     ------
     ValueError
-        Wrong type, time running backwards, polarity not 0/1, or a coordinate outside
-        the sensor: the count of offenders and the position of the first.
+        If the type is wrong, time runs backwards, a polarity is neither 0 nor 1, or a coordinate is outside the sensor.
+        The message tells how many events break the rule, and which is the first.
     """
     if events.dtype != EVENT_DTYPE:
         raise ValueError(f"events have type {events.dtype}; make them with make_events(x, y, p, t_us)")
@@ -106,7 +112,17 @@ def check_events(events: Events, width: int, height: int) -> None:
 
 
 def slice_time(events: Events, start_us: int, end_us: int) -> Events:
-    """Events in, a view of those with ``start_us <= t < end_us`` out.
+    """Return a view of the events with ``start_us <= t < end_us``.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+    start_us, end_us : int
+        Times [us].
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (m,)
 
     Examples
     --------
@@ -114,12 +130,20 @@ def slice_time(events: Events, start_us: int, end_us: int) -> Events:
     >>> slice_time(e, 10, 30)["t"]
     array([10, 20])
     """
-    times = events["t"]  # bisect looks at a few of them; numpy's searchsorted would copy them all first
+    times = events["t"]  # bisect reads a few of them; numpy's searchsorted would copy all of them first
     return events[bisect_left(times, start_us) : bisect_left(times, end_us)]
 
 
 def polarity_sign(events: Events) -> npt.NDArray[np.int8]:
-    """Events in, the paper's polarity out: +1 for ON, -1 for OFF (II-A).
+    """Return the polarity as the paper writes it: +1 for ON, -1 for OFF (II-A).
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+
+    Returns
+    -------
+    ndarray of int8, shape (n,)
 
     Examples
     --------
@@ -130,13 +154,33 @@ def polarity_sign(events: Events) -> npt.NDArray[np.int8]:
 
 
 def merge(*streams: Events) -> Events:
-    """Event arrays in, one array of all their events out, sorted by time (ties: first argument first)."""
+    """Merge event arrays into one that is sorted by time.
+
+    Parameters
+    ----------
+    *streams : ndarray of EVENT_DTYPE, shape (n,)
+        Of events with equal times, those of the first array come first.
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (m,)
+    """
     together = join(streams)
     return words(together)[np.argsort(together["t"], kind="stable")].view(EVENT_DTYPE).ravel()
 
 
 def join(chunks: Iterable[Events]) -> Events:
-    """Chunks of a stream in, one array of them one behind the other out."""
+    """Join the chunks of a stream into one array.
+
+    Parameters
+    ----------
+    chunks : iterable of ndarray of EVENT_DTYPE
+        In the order of time.
+
+    Returns
+    -------
+    ndarray of EVENT_DTYPE, shape (n,)
+    """
     return np.concatenate([words(no_events()), *(words(chunk) for chunk in chunks)]).view(EVENT_DTYPE).ravel()
 
 
@@ -214,13 +258,20 @@ def _together(parts: list[Events]) -> Events:
 
 
 def copy_events(events: Events) -> Events:
-    """Events in, a copy that may be written into out."""
+    """Return a copy of events that may be changed."""
     return words(events).copy().view(EVENT_DTYPE).ravel()
 
 
 def words(events: Events) -> npt.NDArray[np.int64]:
-    """Events in, the same memory as two words each out, shape (n, 2): x + 2^16 y + 2^32 p, and t.
+    """View each event as two 64-bit words, which numpy copies ten times faster than records.
 
-    numpy moves those ten times faster than records, and kernels read a word at once.
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+
+    Returns
+    -------
+    ndarray of int64, shape (n, 2)
+        x + 2^16 y + 2^32 p, and t; the same memory if it is contiguous.
     """
     return np.ascontiguousarray(events).view(np.int64).reshape(-1, 2)

@@ -1,6 +1,12 @@
-"""II, the receiver: the boxes of Fig. 2, in order.   events -> sightings
+"""The paper's receiver (II). Each box of Fig. 2 is a file here.
 
-accumulate (a, b, d, e)   marker_2d (c)   regions, track (f)   led_state, decode (g)   recognise (all)
+- Boxes a, b, d and e, events accumulated into frames: `accumulate`.
+- Box c, ArUco recognition and pose of the 2D marker: `marker_2d`.
+- Box f, blinker regions and their tracking: `regions` (with `components`) finds them, `track` follows them.
+- Box g, LED state and ID: `led_state` counts ON and OFF, `chips` finds edges and clock, `decode` reads the packets.
+
+`receiver` connects the boxes and reads a stream period by period, with the bookkeeping of `periods`. `settings` holds
+everything that may be changed, `sighting` the results. `event_codes` makes the loops over events fast.
 """
 
 from bicode_lab.recognition.accumulate import accumulate, count_events, frames

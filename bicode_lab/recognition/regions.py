@@ -1,28 +1,25 @@
-"""Fig. 2 d, e, f, first half: where does something blink?   events of one period -> boxes
+"""Find where something blinks in the events of one period (Fig. 2, boxes d, e and the first half of f).
 
-The paper looks for bright spots in a frame of delta_t_blinker = 2 ms, "slightly higher than
-the blinking duration". One such frame in 33 ms misses a marker whose off time it hits, so
-the frame slides over the whole period in steps of half its length, and every pixel collects
-votes: the frames in which it looked like a blinker.
+The paper looks for bright spots in one frame of delta_t_blinker = 2 ms, "slightly higher than the blinking duration".
+A single frame in 33 ms misses a marker that is in its off time then. So the frame slides over the whole period in
+steps of half its length, and each pixel collects votes: one for each frame in which it looks like a blinker.
 
-What a blinker does: every bit switches, so inside the data each frame of two bits holds an
-ON and an OFF edge, whatever the ID; only the start is quiet. 31 frames of a period hold about
-21 such, 68 %. What clutter does: a texture's edge passes a pixel with a few events of one
-polarity; a hot pixel fires some 4 times in a period, alone. Hence the vote of rule "blink":
-both polarities within a pixel's 3 x 3 neighbours within one frame. It counts ON and OFF side
-by side and never their difference, so a balanced sensor cannot hide a marker. A pixel is kept
-where its votes reach `min_blink_fraction` of the frames: 30 % leaves a far marker, whose
-pixels miss many edges, the larger half of what it should show. The other rules vote where the
-3-valued frame is not zero, as in the paper.
+A blinker switches in every bit, so within the data each frame of two bits holds an ON edge and an OFF edge, whatever
+the ID; only the start is quiet. Of the 31 frames of a period, this is true for about 21 (68 %). Clutter is different:
+an edge of a texture passes a pixel with a few events of one polarity, and a hot pixel fires about 4 times per period,
+without its neighbours. So the rule "blink" votes for a pixel if there are events of both polarities among its 3 x 3
+neighbours within one frame. It counts ON and OFF separately and never their difference, so that a sensor that makes
+as many ON as OFF events cannot hide a marker. A pixel is kept if its votes reach `min_blink_fraction` of the frames.
+30 % is less than half of what a marker should show, because the pixels of a far marker miss many edges. The other
+rules vote where the 3-valued frame is not zero, as the paper does.
 
-Morphology: kept pixels that lie in no full square of `opening_px` are dropped (opening; off
-unless asked for, as it costs the farthest markers); those with no more than `closing_px` dark
-ones between them are one region (closing, then connected components); regions of fewer than
-`min_region_pixels` are dropped; regions whose boxes overlap are one (the islands inside a near
-marker's ring).
+Morphology: kept pixels that lie in no full square of `opening_px` are dropped (opening; off by default, because it
+costs the farthest markers). Pixels with no more than `closing_px` other pixels between them belong to one region
+(closing, then connected components). Regions of fewer than `min_region_pixels` are dropped. Regions whose boxes
+overlap are merged, such as the islands inside the ring of a near marker.
 
-All costs follow the events: a pass over them writes, per pixel, one bit per half frame, and
-only pixels that were touched are looked at again.
+The cost grows with the number of events only: one pass over them sets, for each pixel, one bit per half frame, and
+only pixels with events are looked at again.
 """
 
 from __future__ import annotations
@@ -40,25 +37,25 @@ from bicode_lab.recognition.components import components, merge_overlapping, ope
 from bicode_lab.recognition.event_codes import AHEAD, ONE, CodedEvents, EventCoder, prefetch
 from bicode_lab.recognition.settings import FrameRule, ReceiverSettings
 
-MAX_BINS = 32  # half frames of a period: bits of half a word
-ON_SHIFT = np.uint64(32)  # the upper half of a pixel's word is for ON, the lower for OFF
+MAX_BINS = 32  # half frames per period, which are the bits of half a word
+ON_SHIFT = np.uint64(32)  # the upper half of a pixel's word is for ON, the lower half for OFF
 LOWER_HALF = np.uint64(0xFFFFFFFF)
-MIN_HALF_FRAMES = 3  # half frames with an event of the pixel's own
-CLEAR_ALL = 16  # where more than this part of the pixels was touched, all are cleared at once
+MIN_HALF_FRAMES = 3  # a kept pixel has events of its own in at least this many half frames
+CROWDED = 16  # if more than one pixel in this many has events, all pixels are cleared at once
 
 
 @dataclass(frozen=True)
 class Region:
-    """A box in one period in which something blinks.
+    """A box in which something blinks in one period.
 
     Parameters
     ----------
     x, y, w, h : int
-        Top left pixel and size [px].
+        Column and row of the top left pixel, and size [px].
     n_pixels : int
-        Pixels that look like a blinker.
+        Number of pixels that look like a blinker.
     votes : float
-        Mean over them of the share of frames they did so in, 0 .. 1.
+        Fraction of the frames in which they do so, mean over these pixels, 0 .. 1.
     """
 
     x: int
@@ -70,16 +67,29 @@ class Region:
 
     @property
     def box(self) -> Box:
-        """The region's box [px]."""
+        """Box of the region [px]."""
         return Box(self.x, self.y, self.w, self.h)
 
 
 class RegionFinder:
-    """Memory for one sensor's bit marks, made once and used period after period.
+    """Finder of the regions of one sensor; its memory is used again in every period.
 
     Parameters
     ----------
     settings : ReceiverSettings
+
+    Attributes
+    ----------
+    n_bins : int
+        Number of half frames per period.
+    bin_us : float
+        Length of a half frame [us].
+    span : int
+        Number of half frames per frame.
+    n_frames : int
+        Number of frames per period.
+    min_votes : int
+        Number of frames in which a kept pixel looks like a blinker.
     """
 
     def __init__(self, settings: ReceiverSettings) -> None:
@@ -92,7 +102,7 @@ class RegionFinder:
         self._touched, self._crowded = np.empty(n_pixels + 1, np.int32), False
         self._kept = np.empty(n_pixels, np.int32)
         self._stack = np.empty(n_pixels, np.int32)
-        # Half frames; where a period has more than 32 (the paper's has 33), they are a little longer.
+        # If a period holds more than 32 half frames (the paper's has 33), they are made a little longer.
         half_us = settings.delta_t_blinker_us / 2
         self.n_bins = min(MAX_BINS, max(1, int(np.ceil(settings.delta_t_whole_us / half_us))))
         self.bin_us = settings.delta_t_whole_us / self.n_bins
@@ -101,17 +111,24 @@ class RegionFinder:
         self.min_votes = max(1, int(np.ceil(settings.min_blink_fraction * self.n_frames)))
 
     def __call__(self, events: Events | CodedEvents, start_us: int) -> list[Region]:
-        """The events of one period in, its regions out, those of most pixels first.
+        """Find the regions of one period.
 
         Parameters
         ----------
-        events : ndarray of EVENT_DTYPE, shape (n,)
+        events : ndarray of EVENT_DTYPE, shape (n,), or CodedEvents
+            The events of the period.
         start_us : int
-            The period's start [us].
+            Start of the period [us].
 
         Returns
         -------
         list of Region
+            Up to `max_regions`, the one with the most votes first.
+
+        Raises
+        ------
+        ValueError
+            If events lie outside the sensor.
         """
         s = self.settings
         coded = self._coder(events)
@@ -127,24 +144,25 @@ class RegionFinder:
         return self._to_regions(boxes)
 
     def _vote_blink(self, coded: CodedEvents, start_us: int) -> int:
-        """Fill the votes by rule "blink"; return how many pixels are kept."""
+        """Fill in the votes by the rule "blink"; return the number of kept pixels."""
         s = self.settings
         cuts = coded.cuts(start_us + np.ceil(np.arange(self.n_bins + 1) * self.bin_us).astype(np.int64))
-        cuts[0], cuts[-1] = 0, coded.events.size  # what was given is the period's, however its last half frame rounds
-        if self._crowded:  # only now, since that brings them into the cache
+        cuts[0], cuts[-1] = 0, coded.events.size  # all events belong to the period, however its borders are rounded
+        if self._crowded:  # cleared only now, because this brings the marks into the cache
             self._marks[:] = 0
         n_touched = _mark(coded.codes, cuts, self._marks, self._touched)
-        n_asked = _ask(self._touched[:n_touched], self._marks, self._kept)
+        n_candidates = _find_candidates(self._touched[:n_touched], self._marks, self._kept)
+        candidates = self._kept[:n_candidates]
         n_kept: int = _keep(
-            self._kept[:n_asked], self._marks, s.width, s.height, self.span, self.n_frames, self.min_votes, self._votes
+            candidates, self._marks, s.width, s.height, self.span, self.n_frames, self.min_votes, self._votes
         )
-        self._crowded = n_touched > self._marks.size // CLEAR_ALL
+        self._crowded = n_touched > self._marks.size // CROWDED
         if not self._crowded:
             self._marks[self._touched[:n_touched]] = 0
         return n_kept
 
     def _vote_frames(self, coded: CodedEvents, start_us: int, rule: FrameRule) -> int:
-        """Fill the votes by the paper's 3-valued frames; return how many pixels are kept."""
+        """Fill in the votes from the paper's 3-valued frames; return the number of kept pixels."""
         s = self.settings
         votes = np.zeros((s.height, s.width), np.uint8)
         for k in range(self.n_frames):
@@ -157,7 +175,7 @@ class RegionFinder:
         return kept.size
 
     def _to_regions(self, boxes: npt.NDArray[np.int64]) -> list[Region]:
-        """Components in, as x0 y0 x1 y1 pixels votes; regions out."""
+        """Make regions from components, see `components.components`: drop small ones, merge those that overlap."""
         boxes = boxes[boxes[:, 4] >= self.settings.min_region_pixels]
         boxes = boxes[np.argsort(-boxes[:, 5], kind="stable")][: 4 * self.settings.max_regions]
         merged = merge_overlapping(boxes)
@@ -169,15 +187,29 @@ class RegionFinder:
 
 
 def find_regions(events: Events, start_us: int, settings: ReceiverSettings) -> list[Region]:
-    """The events of one period in, the boxes in which something blinks out; `RegionFinder` for one period."""
+    """Find the regions of a single period; a `RegionFinder` is faster for many periods.
+
+    Parameters
+    ----------
+    events : ndarray of EVENT_DTYPE, shape (n,)
+        The events of the period.
+    start_us : int
+        Start of the period [us].
+    settings : ReceiverSettings
+
+    Returns
+    -------
+    list of Region
+        Up to `max_regions`, the one with the most votes first.
+    """
     return RegionFinder(settings)(events, start_us)
 
 
 @njit(cache=True, nogil=True)
 def _mark(codes, cuts, marks, touched):  # type: ignore[no-untyped-def]
-    """Set the bit of its half frame at each event's pixel, ON and OFF apart; list the pixels touched.
+    """Set the bit of the half frame of each event in the mark of its pixel; list the pixels with events.
 
-    `codes` are of `event_codes`; half frame k is codes[cuts[k]:cuts[k + 1]].
+    ON and OFF have separate bits. `codes` are those of `event_codes`; half frame k is codes[cuts[k]:cuts[k + 1]].
     """
     n_touched = 0
     for k in range(cuts.size - 1):
@@ -195,6 +227,7 @@ def _mark(codes, cuts, marks, touched):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _popcount(word):  # type: ignore[no-untyped-def]
+    """Count the bits of a word that are 1."""
     word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
     word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
     word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
@@ -202,20 +235,20 @@ def _popcount(word):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _ask(touched, marks, asked):  # type: ignore[no-untyped-def]
-    """List the touched pixels with events of their own in enough half frames: the others are noise, and most."""
-    n_asked = 0
+def _find_candidates(touched, marks, candidates):  # type: ignore[no-untyped-def]
+    """List the pixels with events of their own in enough half frames; the others, which are most, are noise."""
+    n_candidates = 0
     for i in range(touched.size):
         prefetch(marks, np.uint64(touched[min(i + AHEAD, touched.size - 1)]))
         own = marks[np.uint64(touched[i])]
-        asked[n_asked] = touched[i]
-        n_asked += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= MIN_HALF_FRAMES
-    return n_asked
+        candidates[n_candidates] = touched[i]
+        n_candidates += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= MIN_HALF_FRAMES
+    return n_candidates
 
 
 @njit(cache=True, nogil=True)
 def _near(pixel, marks, width, height):  # type: ignore[no-untyped-def]
-    """All marks of a pixel's 3 x 3 neighbours."""
+    """Combine the marks of the 3 x 3 neighbours of a pixel."""
     y, x = pixel // width, pixel % width
     near = np.uint64(0)
     if 0 < x < width - 1 and 0 < y < height - 1:
@@ -229,12 +262,12 @@ def _near(pixel, marks, width, height):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _keep(asked, marks, width, height, span, n_frames, min_votes, votes):  # type: ignore[no-untyped-def]
-    """Votes of each pixel asked for from its neighbours' marks; those with enough stay first in the list."""
+def _keep(candidates, marks, width, height, span, n_frames, min_votes, votes):  # type: ignore[no-untyped-def]
+    """Count the votes of each candidate from the marks of its neighbours; those with enough come first in the list."""
     n_kept = 0
     in_period = LOWER_HALF >> np.uint64(32 - n_frames)
-    for i in range(asked.size):
-        pixel = asked[i]
+    for i in range(candidates.size):
+        pixel = candidates[i]
         near = _near(pixel, marks, width, height)
         off, on = near & LOWER_HALF, near >> ON_SHIFT
         frames_off, frames_on = off, on
@@ -244,6 +277,6 @@ def _keep(asked, marks, width, height, span, n_frames, min_votes, votes):  # typ
         n_votes = _popcount(frames_off & frames_on & in_period)
         if n_votes >= min_votes:
             votes[np.uint64(pixel)] = n_votes
-            asked[n_kept] = pixel
+            candidates[n_kept] = pixel
             n_kept += 1
     return n_kept

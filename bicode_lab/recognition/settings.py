@@ -1,7 +1,7 @@
-"""II and III-B: what the receiver is told.   the paper's times, and what the paper leaves open
+"""Settings of the paper's receiver: its times (II, III-B), and what the paper leaves open.
 
-Everything that a reader may want to change about the receiver is a field here, and
-`dataclasses.replace(settings, delta_t_id_us=500)` is the what-if operator.
+Everything that may be changed about the receiver is a field here; ``dataclasses.replace(settings, delta_t_id_us=500)``
+makes settings that differ in one value.
 """
 
 from __future__ import annotations
@@ -18,59 +18,66 @@ FRAME_RULES = ("sum", "last", "any")
 
 @dataclass(frozen=True, kw_only=True)
 class ReceiverSettings:
-    """One receiver; the defaults are the paper's (III-B) where it gives them.
+    """Settings of one receiver; the defaults are the paper's values (III-B) where it gives them.
 
     Parameters
     ----------
     packet_format : PacketFormat
-        What the markers send (Fig. 5).
+        Format of the packets that the markers send (Fig. 5).
     manchester : {"ieee", "thomas", "auto"}, optional
-        Convention to read with; None takes that of `packet_format`, "auto" finds it from the data, track by track.
+        Manchester convention; None takes that of `packet_format`, "auto" finds it for each track from the data.
     width, height : int
-        Sensor [px].
+        Sensor size [px].
     delta_t_whole_us, delta_t_2d_us, delta_t_blinker_us, delta_t_id_us : int
-        The paper's accumulation times [us]: one processing period, the frame for the 2D marker (from the
-        period's start), the frame for blinker regions (slid over the period), the frame for the LED's state.
+        The paper's accumulation times [us]: one processing period; the frame for the 2D marker, at the start of the
+        period; the frame for blinker regions, which slides over the period; the frame for the state of the LED.
     frame_rule_2d : {"any", "sum", "last", "count"}
-        How events become the 2D marker's frame; "sum" is the text's rule, but it lets a balanced pixel vanish.
+        How events become the frame for the 2D marker. "sum" is the paper's text, but a pixel with as many ON as OFF
+        events vanishes in it.
     frame_rule_blinker : {"blink", "sum", "last", "any"}
-        What a delta_t_blinker frame must show at a pixel to count for a blinker: "blink" both polarities near it,
-        the others a non-zero pixel of the 3-valued frame (the paper's way).
+        When a pixel looks like a blinker in a frame of delta_t_blinker: "blink" if there are events of both polarities
+        near it, the other rules if it is not 0 in the 3-valued frame (the paper's way).
     min_blink_fraction : float
-        In which share of the delta_t_blinker frames of a period, 0 .. 1; see `regions`.
+        Fraction of the delta_t_blinker frames of a period in which a pixel must look like a blinker, 0 .. 1.
     opening_px : int
-        Opening: glowing pixels that lie in no full square of this side are dropped [px]; 0 or 1 drops none.
+        Opening: active pixels that lie in no full square with this side are dropped [px]; 0 or 1 drops none.
     closing_px : int
-        Closing: glowing pixels with up to this many dark ones between them are one region [px].
+        Closing: active pixels with up to this many other pixels between them are one region [px].
     min_region_pixels : int
-        Fewer glowing pixels are no region (a hot pixel is one).
+        Regions with fewer active pixels are dropped (a hot pixel makes a region of one).
     max_regions : int
-        Most regions kept in a period, those of the most frames first; a flood of noise costs no more than this.
+        Largest number of regions per period; of more, those with the most votes are kept. This limits the time that a
+        burst of noise takes.
     led_count : {"pixels", "events"}
-        What is counted for the LED's state: pixels of the 3-valued delta_t_ID frame (II-B), or single events.
+        What is counted for the state of the LED: pixels of the 3-valued delta_t_ID frame (II-B), or single events.
     led_gate : float
-        Share of a usual edge's count by which ON and OFF must differ to say anything, 0 .. 1; 0 is the paper's way.
+        Fraction of the count of a usual edge by which ON and OFF must differ, 0 .. 1; 0 is the paper's way.
     latency_us : float
-        From a rise of the LED's light to its ON events, taken off the packets' times [us]. The paper gives none;
-        event sensors under office light need 0.1 .. 0.2 ms.
+        Time from a rise of the light to its ON events, which is subtracted from the times of the packets [us]. The
+        paper gives none; event sensors under office light need 100 .. 200 us.
     denoise_2d : bool
-        Take lone pixels out of the 2D marker's frame; False is the paper's way.
+        Whether to remove lone pixels from the frame for the 2D marker; False is the paper's way.
     detect_2d : bool
-        Whether to look for 2D markers at all.
+        Whether to look for 2D markers.
     dictionary : str
-        Name of OpenCV's predefined ArUco dictionary.
+        Name of one of OpenCV's predefined ArUco dictionaries.
     glow : {"black", "white"}
         Which cells of the plate are engraved, see `marker.board`.
     pattern_size_m : float
-        Side of the ArUco pattern, frame to frame, for the pose [m].
+        Side of the ArUco pattern with its frame, for the pose [m].
     focal_px : float
-        Focal length [px]; 8 mm over 4.86 um.
+        Focal length [px]; the default is 8 mm divided by 4.86 um.
     cx, cy : float, optional
         Principal point [px]; None takes the middle of the sensor.
     max_age : int
-        Periods a track survives without a region.
+        Number of periods that a track survives without a region.
     min_iou : float
-        Least overlap of prediction and region for a match, after both were padded, see `track`.
+        Least intersection over union of prediction and region for a match, 0 .. 1, see `track`.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range or does not fit the others.
     """
 
     packet_format: PacketFormat = field(default_factory=PacketFormat)
@@ -112,7 +119,7 @@ class ReceiverSettings:
                 f"{self.packet_format.checksum!r}: there a packet read in the wrong convention passes its checksum; "
                 "choose 'ieee' or 'thomas', or another payload width"
             )
-        aruco_dictionary(self.dictionary)  # refuses an unknown name
+        aruco_dictionary(self.dictionary)  # raises ValueError for an unknown name
 
     def _check_times(self) -> None:
         for name in ("delta_t_whole_us", "delta_t_2d_us", "delta_t_blinker_us", "delta_t_id_us"):
@@ -153,35 +160,45 @@ class ReceiverSettings:
                 raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")
         for name in ("min_blink_fraction", "led_gate", "min_iou"):
             if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name}={getattr(self, name)} is not a share; choose 0 .. 1")
+                raise ValueError(f"{name}={getattr(self, name)} is not a fraction; choose 0 .. 1")
         if not 0 <= self.latency_us <= self.delta_t_whole_us:
             raise ValueError(
-                f"latency_us={self.latency_us} is not in 0 .. {self.delta_t_whole_us}; 0 takes nothing off"
+                f"latency_us={self.latency_us} is not in 0 .. {self.delta_t_whole_us} us; choose 0 to subtract nothing"
             )
         for name in ("pattern_size_m", "focal_px"):
             if not getattr(self, name) > 0:
-                raise ValueError(f"{name}={getattr(self, name)} is not a length; choose more than 0")
+                raise ValueError(f"{name}={getattr(self, name)} is not positive; choose more than 0")
 
     @property
     def conventions(self) -> tuple[Literal["ieee", "thomas"], ...]:
-        """The Manchester conventions to try."""
+        """Manchester conventions to try."""
         if self.manchester == "auto":
             return ("ieee", "thomas")
         return (self.manchester or self.packet_format.manchester,)
 
     @property
     def principal_point_px(self) -> tuple[float, float]:
-        """Where the optical axis meets the sensor (x, y) [px]; pixel centres are at whole numbers."""
+        """Point x, y at which the optical axis meets the sensor [px]; pixel centres are at whole numbers."""
         cx = (self.width - 1) / 2 if self.cx is None else self.cx
         cy = (self.height - 1) / 2 if self.cy is None else self.cy
         return cx, cy
 
 
 def settings_for(packet_format: PacketFormat, **changes: Any) -> ReceiverSettings:
-    """A packet format in, settings with the paper's accumulation times scaled to its bit rate and length out.
+    """Make settings for a packet format, with the paper's accumulation times scaled to its bit rate and length.
 
-    The paper's times are for 1 kHz and 14 ms: delta_t_blinker two bits, delta_t_ID half a chip,
-    delta_t_whole 33 / 14 packets, delta_t_2D 40 % of that. `changes` are fields that are not to be scaled.
+    The paper's times are for 1 kHz and packets of 14 ms: delta_t_blinker is two bits, delta_t_ID half a chip,
+    delta_t_whole 33 / 14 of a packet, delta_t_2D 40 % of that.
+
+    Parameters
+    ----------
+    packet_format : PacketFormat
+    **changes
+        Fields of `ReceiverSettings` that are set to these values instead.
+
+    Returns
+    -------
+    ReceiverSettings
 
     Examples
     --------
