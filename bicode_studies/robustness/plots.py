@@ -1,4 +1,4 @@
-"""What it takes to lose the ID, and what clutter is taken for: drawn from tables of `evaluation`."""
+"""Plots of the accuracy under stress, and of how many readings of clutter pass each test of a receiver."""
 
 from __future__ import annotations
 
@@ -13,24 +13,30 @@ STYLES = (("#D55E00", "o", "-"), ("#0072B2", "s", "--"), ("#009E73", "^", "-."))
 
 
 def draw_stress(table: pd.DataFrame, ax: Axes, *, label: str, worse_is_less: bool = False) -> Axes:
-    """Accuracies of receivers over the level of one stressor in, a curve with 95 % bars for each receiver out.
+    """Draw the accuracy of each receiver over the levels of one stressor, with bars of its 95 % intervals.
+
+    Levels are drawn at equal distances, in their order, since no scale shows all of them apart.
 
     Parameters
     ----------
     table : DataFrame
-        ``receiver``, ``level``, ``accuracy``, ``low``, ``high``; see `evaluation.stress.over_seeds`.
+        ``receiver``, ``level``, ``accuracy``, ``low``, ``high``; see `stressors.stress_curves`.
     ax : Axes
     label : str
         Quantity (unit) of the level.
     worse_is_less : bool
-        Small levels are the bad ones, and stand on the right.
+        True where small levels are the worst ones; they are then on the right.
+
+    Returns
+    -------
+    Axes
     """
     levels = np.unique(table["level"].to_numpy(float))
     receivers = list(dict.fromkeys(table["receiver"]))
     for k, receiver in enumerate(receivers):
         own = table[table["receiver"] == receiver].sort_values("level")
         color, marker, line = STYLES[k % len(STYLES)]
-        place = _places(own["level"].to_numpy(float), levels) + 0.06 * (k - (len(receivers) - 1) / 2)
+        place = np.searchsorted(levels, own["level"].to_numpy(float)) + 0.06 * (k - (len(receivers) - 1) / 2)
         value, low, high = (own[name].to_numpy(float) for name in ("accuracy", "low", "high"))
         bars = np.maximum([value - low, high - value], 0.0)
         ax.errorbar(place, value, yerr=bars, color=color, marker=marker, linestyle=line, elinewidth=1.2,
@@ -42,21 +48,24 @@ def draw_stress(table: pd.DataFrame, ax: Axes, *, label: str, worse_is_less: boo
     return ax
 
 
-def _places(level: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Levels in, their ranks out: from nothing to the worst no one scale shows all steps."""
-    return np.searchsorted(levels, level).astype(float)
-
-
 def draw_funnel(counts: pd.DataFrame, ax: Axes, *, stages: Sequence[str], of: str) -> Axes:
-    """Counts of stages in, a group of bars for each row out, on a logarithmic axis; what was never seen says 0.
+    """Draw a group of horizontal bars for each row, one bar per stage, on a logarithmic axis.
+
+    Each bar has its count beside it; a count of 0 has a bar that ends at 0.5.
 
     Parameters
     ----------
     counts : DataFrame
-        A row for each group, with the column `of` for its name and a column for each stage.
+        One row for each group, with the column `of` for its name and a column for each stage (count).
     ax : Axes
     stages : sequence of str
+        Columns, from the first stage to the last.
     of : str
+        Column with the names of the groups.
+
+    Returns
+    -------
+    Axes
     """
     height = 0.8 / len(stages)
     for k, stage in enumerate(stages):

@@ -1,4 +1,4 @@
-"""The stress curves and the funnel hold the data given, and say what they are."""
+"""The stress curves and the funnel show the given data with their labels."""
 
 import numpy as np
 import pandas as pd
