@@ -74,9 +74,9 @@ def with_minutes(readme: str, table: pd.DataFrame) -> str:
     Examples
     --------
     >>> import pandas as pd
-    >>> table = pd.DataFrame({"quick_s": [7.0], "full_s": [150.0]}, index=["05_encode_an_id"])
+    >>> table = pd.DataFrame({"quick_s": [7.0], "full_s": [600.0]}, index=["05_encode_an_id"])
     >>> with_minutes("| [05 Encode](notebooks/05_encode_an_id.ipynb) | Fig. 5 | ? / ? |", table)
-    '| [05 Encode](notebooks/05_encode_an_id.ipynb) | Fig. 5 | 0.1 / 2.5 |'
+    '| [05 Encode](notebooks/05_encode_an_id.ipynb) | Fig. 5 | 0.1 / 10.0 |'
     """
 
     def minutes(name: str, column: str) -> str:
