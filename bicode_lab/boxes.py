@@ -38,7 +38,15 @@ class Box(NamedTuple):
 
     @classmethod
     def between(cls, x: int, y: int, right: int, bottom: int) -> Box:
-        """Make the box whose first column and row are `x`, `y` and that ends before `right`, `bottom` [px]."""
+        """Make a box from its borders.
+
+        Parameters
+        ----------
+        x, y : int
+            First column and first row [px].
+        right, bottom : int
+            First column to the right of the box and first row below it [px].
+        """
         return cls(x, y, right - x, bottom - y)
 
     @property
