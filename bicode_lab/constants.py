@@ -1,8 +1,8 @@
-"""The physical constants, each with its source and range: one file for camera and experiments.   name -> value
+"""The physical constants of the synthetic camera and of the experiments, each with its source and its range.
 
-`constants.csv` is what the synthetic camera and the experiments are set to. Most values have a source; those with
-an entry in `fitted_to` were fitted, to that figure or claim of the paper only (`bicode calibrate`, notebook 19).
-The receiver knows none of them: what the experiments ask of it beyond its defaults stands here, too.
+The file `constants.csv` holds the values. Most of them have a source. The values with an entry in `fitted_to` were
+fitted, and only to the figure or claim of the paper that this column names (`bicode calibrate`, notebook 19). The
+receiver's defaults use none of them; what the experiments ask of the receiver beyond its defaults is in the file, too.
 """
 
 from __future__ import annotations
@@ -15,18 +15,21 @@ from importlib import resources
 
 @dataclass(frozen=True, kw_only=True)
 class Constant:
-    """One row of the file.
+    """One row of the file of constants.
 
     Parameters
     ----------
     name : str
     value : float
+        In the unit `unit`.
     low, high : float
-        The range it may come from.
+        Range of plausible values.
     unit : str
+        Empty where the value is dimensionless or a count.
     fitted_to : str
-        A figure or claim of the paper; empty where it was not fitted.
+        The figure or claim of the paper that the value was fitted to; empty where it was not fitted.
     source : str
+        Where value and range come from.
     """
 
     name: str
@@ -40,12 +43,17 @@ class Constant:
 
 @cache
 def all_constants() -> dict[str, Constant]:
-    """Nothing in, every constant by its name out, in the file's order.
+    """Read the file of constants.
+
+    Returns
+    -------
+    dict of str to Constant
+        By name, in the order of the file.
 
     Raises
     ------
     ValueError
-        A value outside its range.
+        If a value is outside its range.
     """
     found: dict[str, Constant] = {}
     text = (resources.files("bicode_lab") / "constants.csv").read_text(encoding="utf-8")
@@ -61,7 +69,16 @@ def all_constants() -> dict[str, Constant]:
 
 
 def constant(name: str) -> float:
-    """The name of a constant in, its value out.
+    """Return the value of a constant.
+
+    Parameters
+    ----------
+    name : str
+        Name of a row of `constants.csv`.
+
+    Returns
+    -------
+    float
 
     Examples
     --------

@@ -1,9 +1,9 @@
-"""Build a marker (III-A): sheets to engrave and cut, a list of parts, a transmitter to flash::
+"""Everything needed to build a marker (III-A): sheets to engrave and cut, a list of parts, and a transmitter program.
 
-sheets       board -> plate, pocket, shading plate and paper as drawings in mm
-drawing      drawing -> SVG and PDF at true size, in named layers
-parts        current -> resistor, list of parts
-transmitter  ID, packet format -> `bicode_tx.py` with its settings filled in
+- `sheets` draws the plate with the LED's pocket, the shading plate and a paper version, in millimetres.
+- `drawing` writes such a drawing as SVG or PDF at true size, in named layers.
+- `parts` computes the LED's resistor and lists the parts.
+- `transmitter` fills the settings of a marker into `bicode_tx.py`, the MicroPython program of the RP2040.
 """
 
 from bicode_lab.fabrication.drawing import Drawing, Layer, Polyline, Text, to_pdf, to_svg

@@ -1,10 +1,10 @@
-"""Bicode transmitter: blink one packet again and again with an RP2040 (III-A of the paper).
+"""Bicode transmitter: an RP2040 that sends one packet again and again with an LED (III-A of the paper).
 
-Runs under MicroPython on a Seeed XIAO RP2040 or any other RP2040 board; needs nothing else.
-Put it on the board as main.py (see docs/build.md) and the LED blinks whenever there is power.
+It runs under MicroPython on a Seeed XIAO RP2040 or any other RP2040 board and needs nothing else. Copy it to the board
+as main.py (see docs/build.md); then the LED blinks whenever the board has power.
 
-The time of every edge is kept by a state machine of the PIO, which does nothing else.
-Python only fills its queue, 256 chips ahead, so a pause of Python moves no edge.
+A state machine of the PIO, which does nothing else, times every edge. Python only fills its queue, 256 chips ahead, so
+a pause of Python delays no edge.
 """
 
 from array import array
@@ -28,7 +28,7 @@ BIT_ORDER = "msb"  # which end of ID and checksum goes first, "msb" or "lsb"
 
 
 def number_to_bits(number, width):
-    """A number in, its bits in the order they are sent out."""
+    """Return the bits of a number in the order in which they are sent."""
     bits = [number >> place & 1 for place in range(width)]  # the lowest bit first
     if BIT_ORDER == "msb":
         bits.reverse()
@@ -36,7 +36,7 @@ def number_to_bits(number, width):
 
 
 def checksum(payload):
-    """The ID in, its checksum out."""
+    """Return the checksum of an ID."""
     if CHECKSUM == "sum":
         return sum(number_to_bits(payload, PAYLOAD_BITS)) % 2**CHECKSUM_BITS
     remainder = payload << 3
@@ -47,7 +47,7 @@ def checksum(payload):
 
 
 def packet_chips():
-    """The chips of one packet: start, ID, checksum."""
+    """Return the chips of one packet: start, ID, checksum."""
     chips = [0] * (2 * START_BITS)
     for bit in number_to_bits(ID, PAYLOAD_BITS) + number_to_bits(checksum(ID), CHECKSUM_BITS):
         second = bit if MANCHESTER == "ieee" else 1 - bit
@@ -68,7 +68,7 @@ STEPS_PER_CHIP = 500  # of the program below: 4 + 16 + 15 * 32
     fifo_join=rp2.PIO.JOIN_TX,
 )
 def send_chips():
-    """The PIO's program: put the next chip on the pin, wait, repeat. [n] is n more steps."""
+    """Run on the PIO: put the next chip on the pin, wait, repeat; [n] adds n steps."""
     out(pins, 1)[3]
     set(x, 14)[15]
     label("wait")
@@ -76,7 +76,7 @@ def send_chips():
 
 
 def words_of(chips):
-    """Chips in, a whole number of 32 of them; words of 32 bits for the PIO's queue out."""
+    """Return chips, a multiple of 32 of them, as words of 32 bits for the queue of the PIO."""
     words = array("I")
     for first in range(0, len(chips), 32):
         word = 0
@@ -87,7 +87,7 @@ def words_of(chips):
 
 
 def check_settings():
-    """Stop with words if the settings cannot be sent."""
+    """Raise ValueError if the settings cannot be sent."""
     if not 0 <= ID < 2**PAYLOAD_BITS:
         raise ValueError("ID=%d does not fit PAYLOAD_BITS=%d; choose 0 .. %d" % (ID, PAYLOAD_BITS, 2**PAYLOAD_BITS - 1))
     if CHECKSUM not in ("sum", "crc3") or (CHECKSUM == "crc3" and CHECKSUM_BITS != 3):
@@ -100,7 +100,7 @@ def check_settings():
 
 
 def send():
-    """Blink until the power goes or Ctrl-C comes."""
+    """Blink until the power is switched off or Ctrl-C is pressed."""
     check_settings()
     words = words_of(packet_chips() * 16)  # 16 packets are always whole words
     blinker = rp2.StateMachine(0, send_chips, freq=round(F_ID_HZ * 2 * STEPS_PER_CHIP), out_base=machine.Pin(PIN))

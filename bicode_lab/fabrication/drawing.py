@@ -1,7 +1,7 @@
-"""A sheet in millimetres and how it is written.   drawing -> SVG, PDF
+"""Drawings in millimetres, written as SVG and PDF.
 
-Both are vectors at true size with the same named layers: Inkscape's layers in the SVG,
-optional content in the PDF. Nothing in them depends on the day or the machine.
+Both formats hold vectors at true size in the same named layers: Inkscape's layers in the SVG, optional content in the
+PDF. The files do not depend on the date or the machine.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ NARROW, WIDE = dict.fromkeys(" .,:;/!ijl|I'ft()[]-r", 0.29), dict.fromkeys("mwMW
 
 @dataclass(frozen=True, kw_only=True)
 class Polyline:
-    """Straight lines through points, shape n pairs x, y [mm], x to the right, y down.
+    """Straight lines through points [mm], x to the right, y down.
 
     Parameters
     ----------
-    loops : tuple
-        One or more lists of points; filled even-odd.
+    loops : tuple of tuples of (x, y)
+        One or more lists of points; a filled polyline is filled by the even-odd rule.
     closed : bool
-        Whether each returns to its first point.
+        Whether each list returns to its first point.
     """
 
     loops: tuple[tuple[Point, ...], ...]
@@ -35,7 +35,19 @@ class Polyline:
 
 @dataclass(frozen=True, kw_only=True)
 class Text:
-    """One line of words; `at` is its left end or middle, on the baseline [mm]; upright ones read from below."""
+    """One line of text.
+
+    Parameters
+    ----------
+    at : tuple of (x, y)
+        Left end of the line, or its middle where it is centred, on the baseline [mm].
+    words : str
+    size_mm : float
+        Font size [mm].
+    centred : bool
+    upright : bool
+        True for text that runs from the bottom to the top.
+    """
 
     at: Point
     words: str
@@ -45,13 +57,26 @@ class Text:
 
     @property
     def width_mm(self) -> float:
-        """About how long the line is [mm]."""
+        """Approximate length of the line [mm]."""
         return self.size_mm * sum(NARROW.get(c, WIDE.get(c, 0.556)) for c in self.words)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layer:
-    """What is done in one go: all of it filled, or all of it drawn as lines, in one colour ("#rrggbb")."""
+    """A group of shapes that one step of the work needs, all filled or all drawn as lines, in one colour.
+
+    Parameters
+    ----------
+    name : str
+    colour : str
+        "#rrggbb".
+    filled : bool
+        True where shapes are filled, False where they are lines.
+    line_mm : float
+        Width of lines [mm].
+    paths : tuple of Polyline
+    texts : tuple of Text
+    """
 
     name: str
     colour: str
@@ -63,7 +88,16 @@ class Layer:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """A sheet [mm] and its layers, the first at the bottom."""
+    """A sheet and its layers.
+
+    Parameters
+    ----------
+    title : str
+    width_mm, height_mm : float
+        Size of the sheet [mm].
+    layers : tuple of Layer
+        The first one is at the bottom.
+    """
 
     title: str
     width_mm: float
@@ -72,7 +106,16 @@ class Drawing:
 
 
 def to_svg(drawing: Drawing) -> str:
-    """A drawing in, an SVG file out: units mm, the view box in mm, one group per layer.
+    """Write a drawing as SVG, with one group per layer.
+
+    Parameters
+    ----------
+    drawing : Drawing
+
+    Returns
+    -------
+    str
+        Text of the file; its unit is the millimetre.
 
     Examples
     --------
@@ -113,6 +156,7 @@ def to_svg(drawing: Drawing) -> str:
 
 
 def _svg_text(text: Text, colour: str) -> str:
+    """Return the SVG element of a line of text."""
     x, y = number(text.at[0]), number(text.at[1])
     turn = f' transform="rotate(-90 {x} {y})"' if text.upright else ""
     anchor = ' text-anchor="middle"' if text.centred else ""
@@ -122,7 +166,17 @@ def _svg_text(text: Text, colour: str) -> str:
 
 
 def to_pdf(drawing: Drawing) -> bytes:
-    """A drawing in, a PDF file of one page at true size out; every layer can be switched on and off by name."""
+    """Write a drawing as a PDF of one page at true size; a viewer can show and hide each layer by its name.
+
+    Parameters
+    ----------
+    drawing : Drawing
+
+    Returns
+    -------
+    bytes
+        Contents of the file.
+    """
     scale = number(POINTS_PER_MM, 8)
     content = [f"{scale} 0 0 -{scale} 0 {number(drawing.height_mm * POINTS_PER_MM)} cm"]
     for count, layer in enumerate(drawing.layers):
@@ -156,7 +210,7 @@ def to_pdf(drawing: Drawing) -> bytes:
 
 
 def _pdf_layer(layer: Layer) -> list[str]:
-    """A layer in, the PDF's words for it out."""
+    """Return the PDF operators that draw a layer."""
     rgb = " ".join(number(int(layer.colour[i : i + 2], 16) / 255) for i in (1, 3, 5))
     words = [f"{rgb} rg {rgb} RG {number(layer.line_mm)} w"]
     for path in layer.paths:
@@ -174,13 +228,23 @@ def _pdf_layer(layer: Layer) -> list[str]:
 
 
 def _pdf_string(words: str) -> str:
+    """Return a text as a PDF string."""
     for sign in "\\()":
         words = words.replace(sign, "\\" + sign)
     return f"({words})"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number in, its shortest text with up to `digits` decimals out.
+    """Return the shortest text of a number with up to `digits` decimals.
+
+    Parameters
+    ----------
+    value : float
+    digits : int
+
+    Returns
+    -------
+    str
 
     Examples
     --------

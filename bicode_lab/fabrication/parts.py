@@ -1,7 +1,7 @@
-"""III-A: what to buy, and which resistor.   LED current -> parts
+"""The circuit of the LED (III-A): its resistors, and the list of parts.
 
-The transistor closes the circuit supply -> resistor -> LED -> transistor, so
-``R = (supply - forward voltage - transistor) / current``; of the E24 series the nearest is taken.
+The transistor closes the circuit supply, resistor, LED, transistor. So ``R = (supply - forward voltage - transistor) /
+current``; the nearest value of the E24 series is taken.
 """
 
 from __future__ import annotations
@@ -27,12 +27,17 @@ class Led:
     Parameters
     ----------
     name, part : str
+        What it is, and its part number.
     forward_v : float
-        Forward voltage at the current in use [V]; `forward_from` says where it is from.
+        Forward voltage at the current in use [V].
+    forward_from : str
+        Source of the forward voltage.
     max_ma : float
-        The current that is not exceeded [mA]; `max_from` says where it is from.
+        Current that must not be exceeded [mA].
+    max_from : str
+        Source of the maximum current.
     office_ma : float
-        What the paper drives a 5 cm plate with [mA].
+        Current with which the paper drives a 5 cm plate in its office [mA].
     """
 
     name: str
@@ -45,10 +50,15 @@ class Led:
 
 
 def leds() -> dict[str, Led]:
-    """The paper's two LEDs, by the word for them.
+    """Return the paper's two LEDs.
 
-    Their own data sheets are not quoted: the limit is the highest current the paper states for each,
-    the voltage that of the same maker's LEDs of the same colour. Both are to be checked by who builds.
+    Their data sheets are not quoted. The limit is the highest current that the paper states for each LED, and the
+    voltage is that of LEDs of the same colour from the same maker. Check both before you build.
+
+    Returns
+    -------
+    dict of str to Led
+        With the keys "red" and "ir".
     """
     most = "the most the paper states for this LED"
     return {
@@ -75,7 +85,7 @@ def leds() -> dict[str, Led]:
 
 @dataclass(frozen=True, kw_only=True)
 class Driver:
-    """The LED's circuit.
+    """The circuit of the LED.
 
     Parameters
     ----------
@@ -84,6 +94,11 @@ class Driver:
         Wanted current while the LED is on [mA].
     supply_v : float
         Supply of the LED [V].
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible, the current exceeds the limit of the LED, or the supply is too low.
 
     Examples
     --------
@@ -120,38 +135,63 @@ class Driver:
 
     @property
     def exact_ohm(self) -> float:
-        """The resistance for exactly the wanted current [ohm]."""
+        """Resistance that gives exactly the wanted current [ohm]."""
         return self.across_resistor_v / (self.current_ma * 1e-3)
 
     @property
     def resistor_ohm(self) -> float:
-        """The nearest E24 value [ohm], or the next above it where the nearest would exceed the limit."""
+        """The nearest E24 value [ohm], or the next one above it where the nearest would exceed the limit of the LED."""
         nearest = nearest_e24(self.exact_ohm)
         return nearest if self.current_with(nearest) <= self.led.max_ma else nearest_e24(nearest, above=True)
 
     def current_with(self, ohm: float) -> float:
-        """A resistance in, the current it gives out [mA]."""
+        """Return the current that a resistor gives.
+
+        Parameters
+        ----------
+        ohm : float
+            Resistance [ohm].
+
+        Returns
+        -------
+        float
+            Current while the LED is on [mA].
+        """
         return self.across_resistor_v / ohm * 1e3
 
     @property
     def real_current_ma(self) -> float:
-        """The current that the E24 resistor gives [mA]."""
+        """Current that the E24 resistor gives [mA]."""
         return self.current_with(self.resistor_ohm)
 
     @property
     def resistor_mw(self) -> float:
-        """Heat in the resistor while the LED is on [mW]; on average at most half of it."""
+        """Heat in the resistor while the LED is on [mW]; the average is at most half of it."""
         return self.across_resistor_v * self.real_current_ma
 
     @property
     def base_ohm(self) -> float:
-        """The resistor between the pin and the transistor's base, E24 [ohm]."""
+        """The E24 resistor between the pin and the base of the transistor [ohm]."""
         most = (PIN_V - BASE_V) / (self.real_current_ma * 1e-3 / MIN_GAIN)
         return min(MAX_BASE_OHM, nearest_e24(most, below=True))
 
 
 def nearest_e24(ohm: float, above: bool = False, below: bool = False) -> float:
-    """A resistance in, the E24 value nearest to it in ratio out [ohm]; or the next one above, or not above.
+    """Return the E24 value that is nearest to a resistance in ratio.
+
+    Parameters
+    ----------
+    ohm : float
+        Resistance, above 0 [ohm].
+    above : bool
+        Return the next value above `ohm` instead.
+    below : bool
+        Return the largest value that is not above `ohm` instead.
+
+    Returns
+    -------
+    float
+        [ohm]
 
     Examples
     --------
@@ -168,7 +208,20 @@ def nearest_e24(ohm: float, above: bool = False, below: bool = False) -> float:
 
 
 def parts_list(marker: Marker, driver: Driver, pin_name: str) -> str:
-    """A marker and its LED's circuit in, a list of parts as Markdown out."""
+    """Return the list of parts of a marker as Markdown, with its circuit and the settings for the receiver.
+
+    Parameters
+    ----------
+    marker : Marker
+    driver : Driver
+        The circuit of its LED.
+    pin_name : str
+        Name of the microcontroller's pin, as it is printed on the board.
+
+    Returns
+    -------
+    str
+    """
     led, board, packet = driver.led, marker.board, marker.packet_format
     table = "\n".join(f"| {count} | {what} | {whence} |" for count, what, whence in _rows(marker, driver))
     hot = "" if driver.resistor_mw <= 250 else " (more than 1/4 W: take a larger one)"
@@ -216,7 +269,7 @@ Check before you solder:
 
 
 def _rows(marker: Marker, driver: Driver) -> list[tuple[int, str, str]]:
-    """A marker and its LED's circuit in; how many of what, and who says so, out."""
+    """Return the rows of the list: how many, which part, and where that is stated."""
     led, board = driver.led, marker.board
     size_mm, thick_mm = board.size_m * 1000, board.thickness_m * 1000
     paper_says, ours = "paper, III-A", "chosen here"
@@ -241,7 +294,16 @@ def _rows(marker: Marker, driver: Driver) -> list[tuple[int, str, str]]:
 
 
 def ohms(ohm: float) -> str:
-    """A resistance in, as it is written on a list out.
+    """Return a resistance as it is written on a list.
+
+    Parameters
+    ----------
+    ohm : float
+        [ohm]
+
+    Returns
+    -------
+    str
 
     Examples
     --------

@@ -1,14 +1,14 @@
-"""III-A, Fig. 4: what is engraved, cut and printed.   board -> drawings
+"""The drawings of a marker (III-A, Fig. 4): what is engraved, cut and printed.
 
-The LED sits in a pocket in the middle of the plate's left side, cut through the plate: the
-LED is as thick as the plate. The pocket stays inside the outer ring of cells and takes 0.6 of
-it at most. That is a tenth of the side on a "black" plate, where the ring belongs to the
-pattern, and less than the 0.12 of the side that ArUco's default fit of a square smooths away: a dark notch
-of 0.7 of a cell already cost the pattern on some plates, 0.6 on none (tests, design.md).
+The LED sits in a pocket in the middle of the plate's left side. The pocket is cut through the plate, because the LED is
+as thick as the plate. It stays inside the outer ring of cells and takes at most 0.6 of it. On a "black" plate, where
+that ring belongs to the pattern, 0.6 of it is a tenth of the side, less than the 0.12 of the side that ArUco smooths
+away when it fits a square. A dark notch of 0.7 of a cell hid the pattern of some plates, one of 0.6 of none (see the
+tests and docs/design.md).
 
-The paper names a reflection tape and a shading plate without saying where they are. Here the
-tape goes round the edges, to keep the light in, and the shading plate behind the plate, so
-that clear acrylic looks dark, with a tongue that hides the part of the LED that sticks out.
+The paper names a reflection tape and a shading plate without saying where they are. Here the tape goes round the edges,
+to keep the light in. The shading plate lies behind the plate, so that clear acrylic looks dark, and has a tongue that
+hides the part of the LED that sticks out.
 """
 
 from __future__ import annotations
@@ -41,12 +41,21 @@ A4_MM = (210.0, 297.0)
 
 
 def pocket_depth_mm(board: Board) -> float:
-    """A board in, the depth of its LED pocket out [mm].
+    """Return the depth of the LED's pocket in a plate.
+
+    Parameters
+    ----------
+    board : Board
+
+    Returns
+    -------
+    float
+        Depth, measured from the edge of the plate [mm].
 
     Raises
     ------
     ValueError
-        If the outer ring of cells is too narrow for an LED, or the plate larger than 1 m.
+        If the outer ring of cells is too narrow for an LED, or the plate is larger than 1 m.
 
     Examples
     --------
@@ -70,9 +79,22 @@ def pocket_depth_mm(board: Board) -> float:
 
 
 def draw_plate(board: Board, title: str) -> Drawing:
-    """A board in, the sheet for the laser out: engraving, pocket, outline, shading plate, notes.
+    """Draw the sheet for the laser: engraving, pocket, outline, shading plate and notes.
 
-    The plate is seen from the front; its top left corner is at `PLATE_AT_MM`.
+    Parameters
+    ----------
+    board : Board
+    title : str
+
+    Returns
+    -------
+    Drawing
+        The plate seen from the front, its top left corner at `PLATE_AT_MM`.
+
+    Raises
+    ------
+    ValueError
+        See `pocket_depth_mm`.
     """
     depth, size = pocket_depth_mm(board), board.size_m * 1000
     x, y = PLATE_AT_MM
@@ -120,7 +142,7 @@ def draw_plate(board: Board, title: str) -> Drawing:
 def _dimensions(
     board: Board, depth: float, at: Point, places: tuple[float, float, float]
 ) -> tuple[list[Polyline], list[Text]]:
-    """Where the plate and the shading plate are in, the dimension lines and their numbers out."""
+    """Return the dimension lines of plate and shading plate, and their labels."""
     (x, y), (shade_x, cover_x, tongue), size = at, places, board.size_m * 1000
     middle, half, wide = y + size / 2, (LED_MM + CLEARANCE_MM) / 2, TONGUE_MM[1] / 2
     cell = size / len(board.cells())
@@ -147,10 +169,24 @@ def _dimensions(
 
 
 def draw_paper(board: Board, title: str) -> Drawing:
-    """A board in, a sheet of paper to try the 2D part with out: white where the plate glows, black elsewhere.
+    """Draw a sheet of paper for trials of the 2D part: white where the plate glows, black elsewhere.
 
-    On paper of a plate that glows in its black cells, a black surround of one cell stands for the
-    dark around the plate. The page is A4, or larger where the pattern needs it.
+    Around the pattern of a plate that glows in its black cells, a black border of one cell stands for the dark
+    surroundings of the plate. The page is A4, or larger where the pattern needs it.
+
+    Parameters
+    ----------
+    board : Board
+    title : str
+
+    Returns
+    -------
+    Drawing
+
+    Raises
+    ------
+    ValueError
+        If the plate is larger than 1 m.
     """
     if not 0 < board.size_m <= MAX_SIZE_M:
         raise ValueError(f"size_m={board.size_m} is not in 0 .. {MAX_SIZE_M:g} m; choose the plate's side in metres")
@@ -196,9 +232,19 @@ def draw_paper(board: Board, title: str) -> Drawing:
 
 
 def outlines(cells: npt.NDArray[np.uint8]) -> list[list[tuple[int, int]]]:
-    """Cells in, shape (n, n), 1 filled; the loops around the filled areas out, corners as (column, row).
+    """Return the outlines of filled areas of cells.
 
-    One outline around cells that touch leaves no seams, neither to the eye nor to the laser.
+    Cells that touch share one outline, so that neither the eye nor the laser sees a seam.
+
+    Parameters
+    ----------
+    cells : ndarray of uint8, shape (n, n)
+        1 where a cell is filled.
+
+    Returns
+    -------
+    list of lists of (column, row)
+        The corners of each loop.
 
     Examples
     --------
@@ -230,18 +276,19 @@ def outlines(cells: npt.NDArray[np.uint8]) -> list[list[tuple[int, int]]]:
 
 
 def _cells(cells: npt.NDArray[np.uint8], at: Point, size: float) -> Polyline:
-    """Cells in, their outlines on the sheet out."""
+    """Return the outlines of cells on the sheet."""
     cell = size / len(cells)
     loops = (tuple((at[0] + c * cell, at[1] + r * cell) for c, r in loop) for loop in outlines(cells))
     return Polyline(loops=tuple(loops))
 
 
 def _box(x: float, y: float, width: float, height: float) -> tuple[Point, ...]:
+    """Return the corners of a rectangle on the sheet."""
     return (x, y), (x + width, y), (x + width, y + height), (x, y + height)
 
 
 def _led(tip_x: float, middle: float) -> list[Polyline]:
-    """The LED's outline, its round end at `tip_x`."""
+    """Return the outline of the LED, with its round end at `tip_x`."""
     radius, end = LED_MM / 2, tip_x - LED_LONG_MM
     angles = np.linspace(-np.pi / 2, np.pi / 2, 25)
     dome = [(tip_x - radius + radius * math.cos(a), middle + radius * math.sin(a)) for a in angles]
@@ -254,14 +301,14 @@ def _led(tip_x: float, middle: float) -> list[Polyline]:
 def _across(
     x0: float, x1: float, y: float, words: str, under: bool = False, beside: bool = False
 ) -> tuple[Polyline, Text]:
-    """A dimension from left to right: its line with end marks, and its number."""
+    """Return a dimension from left to right: its line with end marks, and its label."""
     line = (((x0, y), (x1, y)), ((x0, y - 1), (x0, y + 1)), ((x1, y - 1), (x1, y + 1)))
     at = (x1 + 1.5, y + 2.5 * BASELINE_TO_MIDDLE) if beside else ((x0 + x1) / 2, y + 3.2 if under else y - 1.2)
     return Polyline(loops=line, closed=False), Text(at=at, words=words, size_mm=2.5, centred=not beside)
 
 
 def _upright(y0: float, y1: float, x: float, words: str) -> tuple[Polyline, Text]:
-    """A dimension from top to bottom, its number to the left of it, read from below."""
+    """Return a dimension from top to bottom: its line with end marks, and its label, which runs from bottom to top."""
     line = (((x, y0), (x, y1)), ((x - 1, y0), (x + 1, y0)), ((x - 1, y1), (x + 1, y1)))
     return Polyline(loops=line, closed=False), Text(
         at=(x - 1.2, (y0 + y1) / 2), words=words, size_mm=2.5, centred=True, upright=True
@@ -269,5 +316,5 @@ def _upright(y0: float, y1: float, x: float, words: str) -> tuple[Polyline, Text
 
 
 def _up_to_mm(size_mm: float) -> str:
-    """A size in mm in, in metres out, up to the next tenth of a millimetre."""
+    """Return a size in metres, rounded up to a tenth of a millimetre, as text."""
     return f"{math.ceil(size_mm * 10 - 1e-6) / 10000:g}"

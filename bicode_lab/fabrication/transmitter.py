@@ -1,4 +1,4 @@
-"""III-A, the microcontroller: ID and packet format -> a MicroPython file for the RP2040."""
+"""The program of the microcontroller (III-A): a MicroPython file for the RP2040 with the marker's settings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,25 @@ PINS = 30  # GPIO 0 .. 29
 
 
 def transmitter_text(payload: int, packet_format: PacketFormat, pin: int = PIN_D0) -> str:
-    """What is sent and where in, the text of `bicode_tx.py` with its settings filled in out.
+    """Fill the settings of a marker into the transmitter program.
+
+    Parameters
+    ----------
+    payload : int
+        The ID to send.
+    packet_format : PacketFormat
+    pin : int
+        GPIO number of the pin that drives the LED, 0 .. 29.
+
+    Returns
+    -------
+    str
+        Text of `bicode_tx.py`.
+
+    Raises
+    ------
+    ValueError
+        If the payload does not fit the format, there is no such pin, or the bit rate is too slow for the RP2040.
 
     Examples
     --------

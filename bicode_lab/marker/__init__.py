@@ -1,4 +1,4 @@
-"""III-A, the transmitter: packet -> Manchester -> LED, on a board."""
+"""The transmitter (III-A): a packet is encoded by Manchester coding and blinked by an LED in an acrylic plate."""
 
 from bicode_lab.marker.board import Board
 from bicode_lab.marker.led import LedWaveform, luminance_ratio

@@ -1,12 +1,12 @@
-"""Fig. 4: the acrylic plate.   ArUco id, size -> which cells glow, corners in space
+"""The acrylic plate (Fig. 4): which of its cells glow, and where its corners are.
 
-The plate is engraved where it is to glow and clear, hence dark, elsewhere. Two plates
-can be built: "black" engraves the pattern's black cells (frame included), so that the
-pattern is seen inverted and fills the plate; "white" engraves the white cells and a
-margin of one cell around the black frame, which takes two of eight cells of the side.
+The plate glows where it is engraved and is clear, hence dark, elsewhere. Two kinds of plate can be built. On a "black"
+plate the black cells of the pattern are engraved, the frame included: the camera sees the pattern inverted, and the
+pattern fills the plate. On a "white" plate the white cells are engraved and a margin of one cell around the black
+frame, which takes two of the eight cells of each side.
 
-Axes of the marker: origin in the middle of the face, x to the right, y up, z out of
-the face towards the viewer [m].
+The axes of a marker have their origin in the middle of the face: x to the right, y up, z out of the face towards the
+viewer [m].
 """
 
 from __future__ import annotations
@@ -23,20 +23,25 @@ Glow = Literal["black", "white"]
 
 @dataclass(frozen=True, kw_only=True)
 class Board:
-    """One plate; the defaults are the paper's 5 cm prototype as read from Fig. 4 and 13.
+    """A plate with an ArUco pattern; the defaults are the paper's 5 cm prototype as read from Fig. 4 and 13.
 
     Parameters
     ----------
     aruco_id : int
-        Which pattern of the dictionary; nothing ties it to the blinked ID.
+        Index of the pattern in the dictionary; it is independent of the blinked ID.
     dictionary : str
         Name of one of OpenCV's predefined ArUco dictionaries.
     size_m : float
         Side of the plate [m].
     glow : {"black", "white"}
-        Which cells are engraved.
+        Which cells of the pattern are engraved and glow.
     thickness_m : float
-        Thickness of the plate [m]; its edges glow, too.
+        Thickness of the plate [m]; its side faces glow, too.
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible or the dictionary has no such pattern.
     """
 
     aruco_id: int = 7
@@ -56,7 +61,12 @@ class Board:
             raise ValueError(f"aruco_id={self.aruco_id} is not in {self.dictionary}; choose 0 .. {count - 1}")
 
     def cells(self) -> npt.NDArray[np.uint8]:
-        """Which cells glow, from the top left, shape (n, n), 1 glows, 0 dark; n counts frame and margin.
+        """Return which cells of the plate glow.
+
+        Returns
+        -------
+        ndarray of uint8, shape (n, n)
+            1 glows, 0 is dark; from the top left cell, with frame and margin.
 
         Examples
         --------
@@ -75,35 +85,54 @@ class Board:
 
     @property
     def pattern_size_m(self) -> float:
-        """Side of the ArUco pattern from frame to frame [m]: what pose recognition needs."""
+        """Side of the ArUco pattern with its frame [m], which the estimation of the pose needs."""
         cells = aruco_dictionary(self.dictionary).markerSize + 2
         return self.size_m * (1.0 if self.glow == "black" else cells / (cells + 2))
 
     def pattern_corners_m(self) -> npt.NDArray[np.float64]:
-        """Corners of the ArUco pattern on the face, shape (4, 3), from the top left clockwise [m]."""
+        """Return the corners of the ArUco pattern on the face, shape (4, 3), clockwise from the top left [m]."""
         return square_corners_m(self.pattern_size_m)
 
     def plate_corners_m(self) -> npt.NDArray[np.float64]:
-        """Corners of the plate's face, shape (4, 3), from the top left clockwise [m]."""
+        """Return the corners of the face of the plate, shape (4, 3), clockwise from the top left [m]."""
         return square_corners_m(self.size_m)
 
 
 def square_corners_m(size_m: float) -> npt.NDArray[np.float64]:
-    """A side in, the corners of a square in the plane z = 0 out, shape (4, 3), from the top left clockwise [m].
+    """Return the corners of a square in the plane z = 0.
 
-    The order is that of OpenCV's ArUco detector and of its IPPE_SQUARE pose.
+    The order is that of OpenCV's ArUco detector and of its pose method IPPE_SQUARE.
+
+    Parameters
+    ----------
+    size_m : float
+        Side of the square [m].
+
+    Returns
+    -------
+    ndarray of float64, shape (4, 3)
+        Clockwise from the top left [m].
     """
     half = size_m / 2
     return np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
 
 
 def aruco_dictionary(name: str) -> cv2.aruco.Dictionary:
-    """The name of a predefined ArUco dictionary in, the dictionary out.
+    """Return a predefined ArUco dictionary of OpenCV.
+
+    Parameters
+    ----------
+    name : str
+        For example "DICT_4X4_50".
+
+    Returns
+    -------
+    cv2.aruco.Dictionary
 
     Raises
     ------
     ValueError
-        For a name that OpenCV does not have.
+        If OpenCV has no dictionary of this name.
     """
     number = getattr(cv2.aruco, name, None)
     if not name.startswith("DICT_") or number is None:

@@ -1,8 +1,8 @@
-"""The LED in time and in brightness.   chips -> light
+"""The light of the LED over time, and the luminance of the plate's face.
 
-In time the LED is a list of steps: from a moment on, the light is a fraction of its
-full level. A packet follows a packet without pause (III-A). In brightness the light
-leaves through the engraved face, so its luminance is current over plate area (IV-C).
+Over time, the light is a list of steps: from each moment on it has a level between 0 and 1. Packets follow each other
+without pause (III-A). The light leaves the plate through the engraved face, so the luminance of the face is
+proportional to the current over the area of the plate (IV-C).
 """
 
 from __future__ import annotations
@@ -20,20 +20,25 @@ RISE_STEPS = 6  # a slow edge is drawn as this many equal steps of light
 
 @dataclass(frozen=True, kw_only=True)
 class LedWaveform:
-    """When the LED is on, as a function of true time.
+    """The state of an LED as a function of true time.
 
     Parameters
     ----------
     payload : int
-        The ID that is sent, again and again.
+        The ID, which is sent again and again.
     packet_format : PacketFormat
     phase_us : float
-        A moment at which a packet begins (the first of its off time) [us].
+        A moment at which a packet begins, with the LED off [us].
     clock_error_ppm : float
-        How much faster the transmitter's clock runs than true time [ppm]; public LED
-        beacons were seen a few hundred off.
+        How much faster than true time the clock of the transmitter runs [ppm]. The clocks of public LED beacons deviate
+        by a few hundred ppm.
     rise_time_us : float
-        10-90 % rise and fall time of the light [us].
+        Rise and fall time of the light from 10 % to 90 % [us].
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range or the payload does not fit the packet format.
 
     Examples
     --------
@@ -70,26 +75,53 @@ class LedWaveform:
         return self.chip_us * 2 * self.packet_format.packet_bits
 
     def packet_starts(self, start_us: float, end_us: float) -> npt.NDArray[np.float64]:
-        """A span of time in, the beginnings of all packets that begin in it out [us]."""
+        """Return the moments at which packets begin.
+
+        Parameters
+        ----------
+        start_us, end_us : float
+            Span of time; `end_us` itself is not part of it [us].
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+            Rising [us].
+        """
         first = np.ceil((start_us - self.phase_us) / self.packet_us)
         last = np.ceil((end_us - self.phase_us) / self.packet_us)
         return np.asarray(self.phase_us + np.arange(first, last) * self.packet_us, np.float64)
 
     def state(self, t_us: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-        """Moments in [us], whether the driver holds the LED on (1) or off (0) out."""
+        """Return whether the driver holds the LED on at given moments.
+
+        Parameters
+        ----------
+        t_us : array_like
+            Moments [us], of any shape.
+
+        Returns
+        -------
+        ndarray of uint8, of the same shape
+            1 on, 0 off.
+        """
         chips = encode_packet(self.payload, self.packet_format)
         index = np.floor((np.asarray(t_us, float) - self.phase_us) / self.chip_us).astype(np.int64)
         return chips[index % chips.size]
 
     def steps(self, start_us: float, end_us: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """A span of time in; the moments at which the light changes, and its level from then on, out.
+        """Return the steps of the light in a span of time.
+
+        Parameters
+        ----------
+        start_us, end_us : float
+            Span of time; `end_us` itself is not part of it [us].
 
         Returns
         -------
-        times_us : ndarray, shape (n,)
-            Rising, the first is `start_us` [us].
-        levels : ndarray, shape (n,)
-            0 dark .. 1 full.
+        times_us : ndarray of float64, shape (n,)
+            Rising; the first is `start_us`, at the others the light changes [us].
+        levels : ndarray of float64, shape (n,)
+            Level of the light from each of these moments on, 0 dark .. 1 full.
         """
         # One chip more on the left: the edge before the span may still be rising into it.
         first = int(np.floor((start_us - self.phase_us) / self.chip_us)) - 2
@@ -113,10 +145,26 @@ class LedWaveform:
 
 
 def luminance_ratio(current_ma: float, size_m: float) -> float:
-    """LED current and plate side in, face luminance relative to the paper's 10.7 mA on 5 cm out (IV-C).
+    """Return the luminance of a plate's face relative to that of the paper's 10.7 mA on 5 cm (IV-C).
 
-    ``current / area``, because the LED's light is almost proportional to its current (IV-A)
-    and spreads over the engraved face.
+    It is ``(current_ma / 10.7) * (0.05 / size_m) ** 2``, because the light of the LED is almost proportional to its
+    current (IV-A) and spreads over the engraved face.
+
+    Parameters
+    ----------
+    current_ma : float
+        LED current, 0 or more [mA].
+    size_m : float
+        Side of the plate, above 0 [m].
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
 
     Examples
     --------

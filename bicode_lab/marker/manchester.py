@@ -1,8 +1,8 @@
-"""II-B: why a bit is two chips.   bits <-> chips
+"""Manchester coding (II-B): each bit is sent as two chips, and the LED switches in the middle of each bit.
 
-An event camera sees the LED switch, not the LED. Manchester coding makes every bit
-switch in its middle: a 1 goes up and a 0 goes down (IEEE 802.3), or the other way
-round (G. E. Thomas). The paper does not say which; the receiver can find out.
+An event camera sees changes of the light and not the light itself, so a run of equal bits would make no events. With
+Manchester coding a 1 switches the LED on and a 0 switches it off (IEEE 802.3), or the other way round (G. E. Thomas).
+The paper does not say which convention it uses; the receiver can find out.
 """
 
 from __future__ import annotations
@@ -16,7 +16,24 @@ Convention = Literal["ieee", "thomas"]
 
 
 def manchester_encode(bits: npt.ArrayLike, convention: Convention = "ieee") -> npt.NDArray[np.uint8]:
-    """Bits in, shape (n,), 0 or 1; chips out, shape (2 n,), 0 LED off, 1 LED on.
+    """Encode bits as chips.
+
+    Parameters
+    ----------
+    bits : array_like, shape (n,)
+        0 or 1.
+    convention : {"ieee", "thomas"}
+        Whether a 1 is sent as off, on ("ieee") or as on, off ("thomas").
+
+    Returns
+    -------
+    ndarray of uint8, shape (2 * n,)
+        LED state of each chip: 0 off, 1 on.
+
+    Raises
+    ------
+    ValueError
+        If a bit is neither 0 nor 1.
 
     Examples
     --------
@@ -36,9 +53,25 @@ def manchester_encode(bits: npt.ArrayLike, convention: Convention = "ieee") -> n
 def manchester_decode(
     chips: npt.ArrayLike, convention: Convention = "ieee"
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.bool_]]:
-    """Chips in, shape (2 n,); bits out, shape (n,), and which of them are valid, shape (n,).
+    """Decode chips to bits.
 
-    A bit whose two chips are equal did not switch: it is invalid, and its value means nothing.
+    Parameters
+    ----------
+    chips : array_like, shape (2 * n,)
+        LED state of each chip: 0 off, 1 on.
+    convention : {"ieee", "thomas"}
+        See `manchester_encode`.
+
+    Returns
+    -------
+    bits : ndarray of uint8, shape (n,)
+    valid : ndarray of bool, shape (n,)
+        False for a bit whose two chips are equal: the LED did not switch, and the value of the bit means nothing.
+
+    Raises
+    ------
+    ValueError
+        If the number of chips is odd.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""III-A: a marker unit is a plate, a packet and a current."""
+"""A marker unit (III-A): a plate, a packet and an LED current."""
 
 from __future__ import annotations
 
@@ -14,21 +14,26 @@ Band = Literal["visible", "infrared"]
 
 @dataclass(frozen=True, kw_only=True)
 class Marker:
-    """One Bicode marker; the defaults are the paper's prototype sending Fig. 6's payload.
+    """One Bicode marker; the defaults are the paper's prototype, which sends the payload of Fig. 6.
 
     Parameters
     ----------
     payload : int
-        The blinked ID.
+        The blinked ID, 0 .. 2**payload_bits - 1.
     board : Board
         The plate with its ArUco pattern.
     packet_format : PacketFormat
     current_ma : float
         LED current [mA]; the paper uses 2.7 .. 40.9.
     band : {"visible", "infrared"}
-        Red LED, or the 940 nm one of III-A.
+        The red LED or the 940 nm LED of III-A.
     phase_us, clock_error_ppm, rise_time_us : float
         See `LedWaveform`.
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible or the payload does not fit the packet format.
     """
 
     payload: int = 0x25
@@ -48,7 +53,7 @@ class Marker:
 
     @property
     def waveform(self) -> LedWaveform:
-        """The LED in time."""
+        """The LED's light over time."""
         return LedWaveform(
             payload=self.payload,
             packet_format=self.packet_format,
@@ -59,5 +64,5 @@ class Marker:
 
     @property
     def luminance_ratio(self) -> float:
-        """Face luminance relative to 10.7 mA on a 5 cm plate."""
+        """Luminance of the face relative to that of 10.7 mA on a 5 cm plate."""
         return luminance_ratio(self.current_ma, self.board.size_m)

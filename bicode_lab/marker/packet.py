@@ -1,11 +1,11 @@
-"""Fig. 5: what one packet says.   payload -> bits -> chips, and bits -> payload
+"""The packet (Fig. 5): a start, the payload and a checksum, encoded to chips and decoded again.
 
-A packet is a start (LED off), the payload and a checksum, bit after bit at f_ID.
-Each bit is two chips (half bits) by Manchester coding, see `manchester`. The paper's
-packet is 3 + 8 + 3 bits at 1 kHz: 14 ms for 8 payload bits, 571 bit/s (III-A).
+The LED is off during the start. Then payload and checksum follow, bit after bit at the rate f_ID. Each bit is sent as
+two chips (half bits) by Manchester coding, see `manchester`. The paper's packet has 3 + 8 + 3 bits at 1 kHz, which
+makes 8 payload bits in 14 ms, or 571 bit/s (III-A).
 
-The paper does not print the checksum rule. Three bits that are "a check sum" hold the
-number of ones modulo 8; a CRC of three bits is the other choice offered here.
+The paper does not print the rule of its three checksum bits, which it calls "a check sum". The default here is the
+number of ones modulo 8; a CRC of three bits is the other choice.
 """
 
 from __future__ import annotations
@@ -33,19 +33,24 @@ class PacketFormat:
     Parameters
     ----------
     start_bits : int
-        Length of the start, LED off, in bit times; at least 2, because data hold off runs of one.
+        Length of the start in bit times, 2 .. 64. Within data the LED is off for one bit time at most.
     payload_bits : int
-        Width of the ID, 1 .. 32; 8 bits are 256 IDs.
+        Width of the ID, 1 .. 32; 8 bits give 256 IDs.
     checksum : {"sum", "crc3"}
-        Number of ones in the payload modulo 2**checksum_bits, or CRC-3 (x^3 + x + 1, initial 0, final xor 7).
+        Number of ones in the payload modulo 2**checksum_bits, or CRC-3 (x^3 + x + 1, initial value 0, final xor 7).
     checksum_bits : int
         Width of the checksum, 1 .. 8; a CRC-3 has 3.
     f_id_hz : float
         Bit rate f_ID [Hz]; one chip lasts 1 / (2 f_ID).
     manchester : {"ieee", "thomas"}
-        Which way a 1 goes: "ieee" off then on, "thomas" on then off.
+        How a 1 is sent: "ieee" off then on, "thomas" on then off.
     bit_order : {"msb", "lsb"}
         Which end of payload and checksum is sent first.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
 
     Examples
     --------
@@ -84,17 +89,17 @@ class PacketFormat:
 
     @property
     def data_bits(self) -> int:
-        """Bits behind the start: payload and checksum."""
+        """Number of bits after the start: payload and checksum."""
         return self.payload_bits + self.checksum_bits
 
     @property
     def packet_bits(self) -> int:
-        """Bit times of a whole packet: start, payload, checksum."""
+        """Length of a whole packet in bit times: start, payload and checksum."""
         return self.start_bits + self.data_bits
 
     @property
     def chip_us(self) -> float:
-        """Length of a chip, half a bit [us]."""
+        """Length of a chip, which is half a bit [us]."""
         return 5e5 / self.f_id_hz
 
     @property
@@ -109,7 +114,22 @@ class PacketFormat:
 
 
 def payload_to_bits(payload: int, packet_format: PacketFormat) -> Bits:
-    """A payload in, its bits in the order they are sent out, shape (payload_bits,).
+    """Return the bits of a payload in the order in which they are sent.
+
+    Parameters
+    ----------
+    payload : int
+        0 .. 2**payload_bits - 1.
+    packet_format : PacketFormat
+
+    Returns
+    -------
+    ndarray of uint8, shape (payload_bits,)
+
+    Raises
+    ------
+    ValueError
+        If the payload does not fit the format.
 
     Examples
     --------
@@ -125,7 +145,18 @@ def payload_to_bits(payload: int, packet_format: PacketFormat) -> Bits:
 
 
 def checksum(payload: int, packet_format: PacketFormat) -> int:
-    """A payload in, its checksum out, as a number of ``checksum_bits`` bits.
+    """Return the checksum of a payload.
+
+    Parameters
+    ----------
+    payload : int
+        0 .. 2**payload_bits - 1.
+    packet_format : PacketFormat
+
+    Returns
+    -------
+    int
+        0 .. 2**checksum_bits - 1.
 
     Examples
     --------
@@ -143,7 +174,23 @@ def checksum(payload: int, packet_format: PacketFormat) -> int:
 
 
 def encode_packet(payload: int, packet_format: PacketFormat) -> Bits:
-    """A payload in, the LED state of every chip of one packet out, shape (2 * packet_bits,), 0 off, 1 on.
+    """Encode a payload as the LED states of one packet.
+
+    Parameters
+    ----------
+    payload : int
+        The ID, 0 .. 2**payload_bits - 1.
+    packet_format : PacketFormat
+
+    Returns
+    -------
+    ndarray of uint8, shape (2 * packet_bits,)
+        LED state of each chip: 0 off, 1 on.
+
+    Raises
+    ------
+    ValueError
+        If the payload does not fit the format.
 
     Examples
     --------
@@ -157,7 +204,24 @@ def encode_packet(payload: int, packet_format: PacketFormat) -> Bits:
 
 
 def decode_data_bits(bits: npt.ArrayLike, packet_format: PacketFormat) -> tuple[int, bool]:
-    """The bits behind the start in, shape (data_bits,), the payload and whether the checksum holds out.
+    """Decode the bits after the start to a payload, and check its checksum.
+
+    Parameters
+    ----------
+    bits : array_like, shape (data_bits,)
+        0 or 1, in the order in which they were sent.
+    packet_format : PacketFormat
+
+    Returns
+    -------
+    payload : int
+    is_valid : bool
+        True where the checksum fits the payload.
+
+    Raises
+    ------
+    ValueError
+        If the number of bits is wrong.
 
     Examples
     --------
@@ -173,11 +237,18 @@ def decode_data_bits(bits: npt.ArrayLike, packet_format: PacketFormat) -> tuple[
 
 
 def is_polarity_ambiguous(packet_format: PacketFormat) -> bool:
-    """A format in; True out where a packet read in the wrong Manchester convention still passes its checksum.
+    """Return whether a packet that is decoded with the wrong Manchester convention still passes its checksum.
 
-    The wrong convention inverts every bit. The sum passes that where ``payload_bits + 1``
-    is a multiple of ``2**checksum_bits``, the CRC-3 for every seventh width from 4 on.
-    Both are settled by one payload: the rule is the same for all of them.
+    The wrong convention inverts every bit. An inverted packet passes the sum where ``payload_bits + 1`` is a multiple
+    of ``2**checksum_bits``, and the CRC-3 for every seventh width from 4 on. The answer is the same for all payloads.
+
+    Parameters
+    ----------
+    packet_format : PacketFormat
+
+    Returns
+    -------
+    bool
 
     Examples
     --------
@@ -192,12 +263,12 @@ def is_polarity_ambiguous(packet_format: PacketFormat) -> bool:
 
 
 def _number_to_bits(number: int, width: int, order: BitOrder) -> Bits:
-    """A number in, its `width` bits in the order they are sent out."""
+    """Return the `width` bits of a number in the order in which they are sent."""
     shifts = np.arange(width) if order == "lsb" else np.arange(width)[::-1]
     return ((number >> shifts) & 1).astype(np.uint8)
 
 
 def _bits_to_number(bits: Bits, order: BitOrder) -> int:
-    """Bits in the order they were sent in, their number out."""
+    """Return the number that bits make, which are given in the order in which they were sent."""
     sent = bits[::-1] if order == "lsb" else bits
     return int("".join(map(str, sent.tolist())), 2)
