@@ -158,7 +158,17 @@ def new_tally() -> Ints:
 
 
 def dropped_counts(tally: Ints) -> dict[str, int]:
-    """Return what was dropped as counts by cause; causes that did not occur are left out."""
+    """Return what was dropped as counts by cause; causes that did not occur are left out.
+
+    Parameters
+    ----------
+    tally : ndarray of int64, shape (14, 4)
+        Made by `new_tally`.
+
+    Returns
+    -------
+    dict of str to int
+    """
     counts: dict[str, int] = {}
     for rule, cause in _DROPPED.items():
         if tally[rule, COUNT]:

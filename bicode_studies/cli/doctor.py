@@ -41,7 +41,12 @@ def doctor() -> int:
 
 
 def all_checks() -> Iterator[Check]:
-    """Yield all checks, the quick ones first."""
+    """Yield all checks, the quick ones first.
+
+    Yields
+    ------
+    Check
+    """
     yield "python", check_python, "install Python 3.11, 3.12 or 3.13, then make PYTHON=python3.12 clean-all figures"
     pins = read_pins()
     for name, allowed in requirements():
@@ -75,7 +80,13 @@ def requirements() -> list[tuple[str, str]]:
 
 
 def read_pins() -> dict[str, str]:
-    """Return the pinned version of each package by name; outside a clone of the repository there are none."""
+    """Return the pinned version of each package.
+
+    Returns
+    -------
+    dict of str to str
+        Versions by name of the package; empty outside a clone of the repository.
+    """
     path = Path(__file__).resolve().parents[2] / "environment" / "requirements.txt"
     if not path.is_file():
         return {}
@@ -100,6 +111,11 @@ def check_package(name: str, allowed: str, pin: str | None) -> str:
         Versions that are allowed, such as ">=2.0".
     pin : str or None
         The pinned version; another one is allowed, but mentioned.
+
+    Returns
+    -------
+    str
+        The version, with a remark where it is not the pinned one.
     """
     from packaging.specifiers import SpecifierSet
 
