@@ -121,9 +121,9 @@ def _lag_rows(condition: Condition, lags: Sequence[int], seed: int, periods: int
             late = box_of(scene, start_us - lag * settings.delta_t_whole_us, settings)
             right[lag] += ids_in_box(events, late, start_us, settings) == {payload}
             shares[lag] += now.shared_area(late) / now.area / periods
-    told = {"distance_m": condition.distance_m, "speed_m_per_s": condition.speed_m_per_s, "rpm": condition.rpm}
+    stated = {"distance_m": condition.distance_m, "speed_m_per_s": condition.speed_m_per_s, "rpm": condition.rpm}
     return [
-        {**told, "lag": lag, "seed": seed, "periods": periods, "id_right": right[lag], "overlap": shares[lag]}
+        {**stated, "lag": lag, "seed": seed, "periods": periods, "id_right": right[lag], "overlap": shares[lag]}
         for lag in lags
     ]
 
