@@ -1,4 +1,4 @@
-"""Events: make, check, slice, sign and merge keep their laws for every event array."""
+"""Laws that making, checking, slicing and merging keep for every event array."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def rows_of(events):
 
 
 def cut(events, sizes):
-    """The same events in chunks of the given sizes, the last one taking the rest."""
+    """Cut events into chunks of the given sizes; the last chunk takes the rest."""
     places = np.cumsum([0, *sizes])
     return [events[a:b] for a, b in zip(places, [*places[1:], None], strict=True)]
 

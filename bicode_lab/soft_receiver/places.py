@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from bicode_lab.kernels import njit
 from bicode_lab.soft_receiver.levels import PHASES, MarkCounts, log_likelihoods
 from bicode_lab.soft_receiver.nodes import Nodes
 from bicode_lab.soft_receiver.viterbi import IMPOSSIBLE

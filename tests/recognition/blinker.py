@@ -1,7 +1,7 @@
-"""A crude maker of events for the receiver's tests: a test double, not a camera.
+"""A simple generator of events for the tests of the receiver: a test double, not a camera.
 
-At each edge of the LED every lit pixel makes one to three events of the edge's polarity,
-after a latency with some spread, with a probability per edge.
+At each edge of the LED every lit pixel makes one to three events with the polarity of the edge, each after a random
+latency and with a given probability.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from bicode_lab.marker import Marker
 
 
 def square(x: int, y: int, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels of a filled square."""
+    """Return the columns and rows of the pixels of a filled square."""
     rows, columns = np.mgrid[y : y + side, x : x + side]
     return columns.ravel(), rows.ravel()
 
 
 def plate(marker: Marker, x: int, y: int, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels of the glowing cells of a marker's plate, seen straight on."""
+    """Return the columns and rows of the pixels of the glowing cells of a plate that faces the camera."""
     cells = marker.board.cells()
     index = np.arange(side) * len(cells) // side
     rows, columns = np.nonzero(cells[np.ix_(index, index)])
@@ -36,7 +36,7 @@ def blink(
     probability: float = 1.0,
     spread: float = 1.0,
 ) -> Events:
-    """Events of a marker's pixels from start_us to end_us."""
+    """Make the events of the pixels of a marker from `start_us` to `end_us`."""
     times_us, levels = marker.waveform.steps(start_us, end_us)
     columns = []
     for t_us, level in zip(times_us[1:], levels[1:], strict=True):
@@ -57,7 +57,7 @@ def blink(
 def noise(
     width: int, height: int, rate_hz: float, start_us: int, end_us: int, rng: np.random.Generator, off: float = 0.64
 ) -> Events:
-    """Background activity: independent events, rate_hz for each pixel."""
+    """Make background activity: independent events at a rate of `rate_hz` per pixel."""
     n = rng.poisson(rate_hz * width * height * (end_us - start_us) * 1e-6)
     return make_events(
         rng.integers(0, width, n), rng.integers(0, height, n), rng.random(n) >= off, rng.integers(start_us, end_us, n)
@@ -67,7 +67,7 @@ def noise(
 def hot_pixels(
     n: int, width: int, height: int, rate_hz: float, end_us: int, rng: np.random.Generator, start_us: int = 0
 ) -> Events:
-    """A few pixels that fire all the time."""
+    """Make the events of `n` hot pixels, which fire all the time."""
     parts = []
     for x, y in zip(rng.integers(0, width, n), rng.integers(0, height, n), strict=True):
         k = rng.poisson(rate_hz * (end_us - start_us) * 1e-6)

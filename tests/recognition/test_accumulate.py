@@ -1,4 +1,4 @@
-"""Fig. 3: frames by every rule, against the paper's loop; streams of frames."""
+"""Frames by every rule (Fig. 3), against the paper's loop over events; streams of frames."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def some_events(seed: int, n_hz: float = 2000.0) -> Events:
 
 
 def papers_loop(events: Events, rule: str) -> np.ndarray:
-    """II-A in its own words: add the polarities at each coordinate in the order of time; the frame holds the sign."""
+    """Add the polarities at each coordinate in the order of time; the frame holds the sign (II-A, word for word)."""
     total = np.zeros((HEIGHT, WIDTH), int)
     for x, y, p, _ in events.tolist():
         sign = 1 if p else -1

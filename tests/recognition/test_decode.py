@@ -1,4 +1,4 @@
-"""Fig. 2 g, second half: what was encoded is decoded, at any phase, rate, width and convention."""
+"""Decoding of packets (Fig. 2, box g): what is encoded is decoded, at any phase, rate, width and convention."""
 
 import itertools
 
@@ -17,10 +17,11 @@ PIXELS = 50
 def counts(
     wave: LedWaveform, end_us: float, delta_t_us: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """ON and OFF pixels per bin from 0 to end_us: each edge is seen by PIXELS pixels, after a spread latency.
+    """Count the ON and OFF pixels per bin from 0 to `end_us`.
 
-    The latencies are those of a 1 kHz marker (20 us and a tail to 150, 30 us and a tail to 300), shorter for
-    faster ones: they are the sensor's, and what they do to a fast marker is the camera's matter.
+    At each edge, PIXELS pixels fire after random latencies. These are those of a 1 kHz marker (from 20 us on with a
+    tail to 150 us for ON, from 30 us on with a tail to 300 us for OFF). Faster markers get shorter ones, because how a
+    sensor sees a fast marker is not tested here.
     """
     fast = min(1.0, wave.packet_format.chip_us / 500)
     n_on, n_off = np.zeros((2, int(end_us // delta_t_us)), int)
@@ -52,7 +53,7 @@ def test_all_256_ids_at_random_phases(convention: str, checksum: str, both: bool
 
 @given(payload=st.integers(0, 255), phase_us=st.floats(0, 14_000), seed=st.integers(0, 999))
 def test_start_is_the_first_moment_of_the_off_time(payload: int, phase_us: float, seed: int) -> None:
-    """To one bin and the ON edge's latency; the OFF edges' tails may move the fit by as much."""
+    """The start is right to one bin and the latency of ON edges; the tails of OFF edges may move the fit by as much."""
     wave = LedWaveform(payload=payload, phase_us=phase_us)
     good = [p for p in read(wave, 250, seed) if p.checksum_ok]
     assert good
@@ -102,7 +103,7 @@ def test_any_bin_up_to_two_thirds_of_a_chip(payload: int, phase_us: float, delta
 
 
 def test_a_bin_of_one_chip_loses_only_the_phases_where_two_edges_share_a_bin() -> None:
-    """An OFF edge is seen some 60 us later than an ON edge: in 12 % of phases it falls into the next ON edge's bin."""
+    """An OFF edge is seen 60 us later than an ON edge: in 12 % of phases it falls into the bin of the next ON edge."""
     rng = np.random.default_rng(0)
     n_right = 0
     for payload in range(256):

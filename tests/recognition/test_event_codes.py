@@ -1,4 +1,4 @@
-"""Events as pixel numbers, and where a time's events begin."""
+"""Codes of events, and the search for the first event at or after a time."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ WIDTH, HEIGHT = 31, 17
 
 
 def some_events(n: int, seed: int) -> Events:
-    """Anywhere on the sensor, within 10 ms."""
+    """Make events anywhere on the sensor, within 10 ms."""
     rng = np.random.default_rng(seed)
     return make_events(*(rng.integers(end, size=n) for end in (WIDTH, HEIGHT, 2, 10_000)))
 

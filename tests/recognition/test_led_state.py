@@ -1,4 +1,4 @@
-"""Fig. 2 g, first half: ON and OFF counts, against the 3-valued frame; the LED's state."""
+"""ON and OFF counts against the 3-valued frame, and the state of the LED (Fig. 2, box g)."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def some_events(seed: int) -> Events:
 
 @given(seed=st.integers(0, 2**32 - 1), delta_t=st.integers(37, 900))
 def test_counts_are_the_pixels_of_the_3_valued_frames(seed: int, delta_t: int) -> None:
-    """The oracle is the paper's way: a frame for each delta_t_ID, cut out, its +1 and -1 counted."""
+    """The oracle is the paper's way: count the +1 and -1 in the box, in a frame for each delta_t_ID."""
     events = some_events(seed)
     n_bins = 5000 // delta_t
     counter = LedCounter(WIDTH, HEIGHT)

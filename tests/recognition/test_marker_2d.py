@@ -1,4 +1,4 @@
-"""Fig. 2 c: the 2D marker in a frame, and its pose."""
+"""The 2D marker in a frame, and its pose (Fig. 2, box c)."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ SETTINGS = ReceiverSettings(width=320, height=240)
 
 
 def rotation(yaw_deg: float, pitch_deg: float, roll_deg: float) -> np.ndarray:
-    """A marker that looks at the camera, turned."""
+    """Return the rotation of a marker that faces the camera and is then turned by three angles."""
     turns = [cv2.Rodrigues(np.deg2rad(v))[0] for v in ((0, yaw_deg, 0), (pitch_deg, 0, 0), (0, 0, roll_deg))]
     return np.diag([1.0, -1.0, -1.0]) @ turns[0] @ turns[1] @ turns[2]
 
@@ -73,7 +73,7 @@ def test_a_white_plate_is_light_on_dark_and_counts_are_grey() -> None:
     y=st.floats(-0.15, 0.15),
 )
 def test_a_projected_marker_comes_back(yaw: float, pitch: float, roll: float, distance: float, x: float, y: float) -> None:  # fmt: skip # noqa: E501
-    """Exact corners fix the place; the turn is theirs, or its mirror image where perspective is faint."""
+    """Exact corners determine the position; the rotation may be its mirror image where the perspective is weak."""
     s = ReceiverSettings(pattern_size_m=0.05)
     cx, cy = s.principal_point_px
     turn, place = rotation(yaw, pitch, roll), np.array([x, y, distance])

@@ -1,4 +1,4 @@
-"""Fig. 2 as a whole: streams in, sightings out."""
+"""The paper's receiver as a whole (Fig. 2): from a stream of events to sightings."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,7 +18,7 @@ PERIOD_US = 33_000
 
 
 def far(payload: int = 0x25, seed: int = 0, end_us: int = 10 * PERIOD_US, **changes: float) -> Events:
-    """A marker 4 px wide with some noise; the first event is at 0."""
+    """Make the events of a marker 4 px wide with some noise; the first event is at 0."""
     rng = np.random.default_rng(seed)
     events = merge(
         blink(Marker(payload=payload, **changes), square(100, 80, 4), end_us, rng, probability=0.7),
@@ -56,7 +56,7 @@ def test_bins_that_do_not_divide_the_period(delta_t_id_us: int) -> None:
     rows = list(packet_rows(recognise(far(), replace(SMALL, delta_t_id_us=delta_t_id_us))))
     starts = LedWaveform(payload=0x25).packet_starts(0, 10 * PERIOD_US - 14_000)
     assert {row.id for row in rows} == {0x25}
-    assert len(rows) >= len(starts) - 1  # the first may seem to begin ahead of the recording
+    assert len(rows) >= len(starts) - 1  # the first may seem to begin before the recording
 
 
 @given(borders=st.lists(st.integers(0, 40_000), max_size=8), shift=st.integers(0, 2**45))
@@ -140,7 +140,7 @@ def test_other_bit_rates(f_id_hz: float) -> None:
 
 @pytest.mark.parametrize("rule", ["blink", "sum", "last", "any"])
 def test_every_region_rule_reads_a_near_marker(rule: str) -> None:
-    """The crude marker makes 1.9 events an edge of either side, so even the sum seldom vanishes."""
+    """The test marker makes 1.9 events per edge and pixel for both polarities, so even the sum is seldom 0."""
     events = blink(Marker(), square(50, 50, 20), 3 * PERIOD_US, np.random.default_rng(5))
     s = replace(SMALL, frame_rule_blinker=rule)
     assert {x.id for x in recognise(slice_time(events, 0, 3 * PERIOD_US), s, t0_us=0)} == {0x25}

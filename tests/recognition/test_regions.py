@@ -1,4 +1,4 @@
-"""Fig. 2 d-f: where something blinks."""
+"""Regions in which something blinks (Fig. 2, boxes d to f)."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def boxes(regions: list[Region]) -> list[tuple[int, int, int, int]]:
 
 
 def papers_way(events: Events, s: ReceiverSettings) -> list[tuple[int, int, int, int]]:
-    """The rule in whole frames: ON and OFF frames of delta_t_blinker, 3 x 3 dilation, votes, closing by OpenCV."""
+    """Apply the rule with whole frames: ON and OFF frames, 3 x 3 dilation, votes, and closing by OpenCV."""
     n_bins = min(32, int(np.ceil(s.delta_t_whole_us / (s.delta_t_blinker_us / 2))))
     marks = np.zeros((2, n_bins, s.height, s.width), np.uint8)
     bins = np.minimum(events["t"] * n_bins // s.delta_t_whole_us, n_bins - 1)
@@ -49,7 +49,7 @@ def papers_way(events: Events, s: ReceiverSettings) -> list[tuple[int, int, int,
 
 
 def joined(found: list[tuple[int, int, int, int]]) -> list[tuple[int, int, int, int]]:
-    """Boxes by their corners, those that overlap made one."""
+    """Merge the boxes that overlap, given by their corners."""
     for i, a in enumerate(found):
         for b in found[:i]:
             if a[0] <= b[2] and b[0] <= a[2] and a[1] <= b[3] and b[1] <= a[3]:
@@ -107,7 +107,7 @@ def test_a_far_marker_that_misses_edges_is_found_in_every_period(side: int) -> N
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=30)
 def test_swapping_on_and_off_changes_nothing(seed: int) -> None:
-    """Trap A: detection must not live on an imbalance of ON and OFF."""
+    """Detection must not depend on an imbalance of ON and OFF."""
     rng = np.random.default_rng(seed)
     events = blink(Marker(payload=int(rng.integers(256))), square(20, 20, 4), 33_000, rng, probability=0.4)
     events = events[events["t"] < 33_000]
@@ -117,7 +117,7 @@ def test_swapping_on_and_off_changes_nothing(seed: int) -> None:
 
 
 def test_a_balanced_blinker_is_found() -> None:
-    """One ON and one OFF event for each edge pair: the sum over delta_t_blinker is 0 in most frames."""
+    """Each pair of edges makes one ON and one OFF event: the sum over delta_t_blinker is 0 in most frames."""
     times_us, levels = Marker().waveform.steps(0, 33_000)
     x, y = square(20, 20, 4)
     n = times_us.size - 1
@@ -147,7 +147,7 @@ def test_two_markers_four_pixels_apart_are_two() -> None:
 
 
 def test_a_moving_edge_is_no_region() -> None:
-    """A step of brightness that crosses the sensor at a pixel a millisecond, ON ahead and OFF behind it."""
+    """A bar of light crosses the sensor by one pixel per millisecond, with ON at its front and OFF at its back."""
     x, t = np.arange(33), np.arange(33) * 1000
     parts = [
         make_events(np.repeat(x + at, 150 * 3), np.tile(np.repeat(np.arange(150), 3), 33), np.full(33 * 450, p),

@@ -1,4 +1,4 @@
-"""What the receiver refuses to be told, in words."""
+"""Settings that the receiver refuses, and the messages."""
 
 import pytest
 

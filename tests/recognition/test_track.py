@@ -1,4 +1,4 @@
-"""Fig. 2 f: regions become tracks."""
+"""Tracks of regions (Fig. 2, box f)."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_a_jittering_box_keeps_its_track(side: int) -> None:
 
 
 def test_a_fast_marker_is_followed() -> None:
-    """0.314 m/s seen at 0.5 m: 34 px a period; the box is 165 px."""
+    """A marker at 0.314 m/s and 0.5 m moves by 34 px per period; its box is 165 px wide."""
     tracker = Tracker()
     assert {tracker.update([(34 * k, 100, 165, 165)])[0].number for k in range(30)} == {1}
 

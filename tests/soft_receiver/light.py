@@ -1,4 +1,4 @@
-"""Marks and events of a light that says given chips: a test double for the soft receiver, not a camera."""
+"""Events of a light that sends given chips: a test double for the soft receiver, not a camera."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bicode_lab.events import Events, make_events
 
 
 def edges(chips: npt.ArrayLike, chip_us: float, *, phase_us: float = 0.0, error_ppm: float = 0.0, before: int = 0):
-    """Levels in; times of the edges [us] and whether they rise out."""
+    """Return the times of the edges of given levels [us] and whether they rise."""
     levels = np.concatenate([[before], np.asarray(chips, int)])
     at = np.flatnonzero(np.diff(levels))
     return phase_us + at * chip_us * (1 + error_ppm * 1e-6), levels[at + 1] > levels[at]
@@ -29,7 +29,7 @@ def light_events(
     off_delay: float = 0.5,
     noise_hz: float = 0.0,
 ) -> Events:
-    """Events of one light at x = y = 0: Poisson counts an edge, gamma latencies of a mean in chips, noise."""
+    """Make the events of a light at x = y = 0: Poisson counts per edge, gamma latencies with means in chips, noise."""
     times, rises = edges(chips, chip_us, phase_us=phase_us, error_ppm=error_ppm, before=before)
     t, p = [np.zeros(0)], [np.zeros(0, int)]
     for polarity, mean, delay in ((1, on_per_edge, on_delay), (0, off_per_edge, off_delay)):

@@ -17,7 +17,7 @@ BIN_US = 31
 
 
 def marks_of(events, bin_us=BIN_US):
-    """Events in, marks from time 0 on out."""
+    """Return the marks of events from time 0 on."""
     number = events["t"] // bin_us
     n = int(number.max()) + 1
     is_on = events["p"] > 0
@@ -62,18 +62,18 @@ def test_counting_marks_is_the_plain_count(fold_chips: int | None) -> None:
 
 
 def test_levels_learn_what_on_and_off_look_like() -> None:
-    """ON sooner and more often than OFF: the shares say so, and tails reach into the next chip's context."""
+    """ON comes sooner and more often than OFF: the levels show this, and the tails in the context of the next chip."""
     rng = np.random.default_rng(2)
     line = UartLine(rate_hz=2000)
     chips = np.concatenate([line.encode(int(v)) for v in rng.integers(32, 127, 300)])
     events = light_events(chips, 500.0, rng, before=1, on_delay=0.3, off_delay=0.8, on_per_edge=2, off_per_edge=1)
     numbers = (np.arange(marks_of(events).size) + 0.5) * BIN_US / 500
     counts = count_marks(marks_of(events), numbers, 0, chips.size)
-    shares = learn_levels(counts, line, 3, 4)
+    levels = learn_levels(counts, line, 3, 4)
     phases = np.arange(PHASES)
-    rise, fall, after_fall = shares[0b001, :, 1], shares[0b110, :, 2], shares[0b100, :, 2]
+    rise, fall, after_fall = levels[0b001, :, 1], levels[0b110, :, 2], levels[0b100, :, 2]
     assert np.average(phases, weights=rise) < np.average(phases, weights=fall) - 2
     assert rise.sum() > 1.3 * fall.sum()
-    assert after_fall[:8].sum() > 5 * shares[0b111, :8, 2].sum()
-    assert np.allclose(shares.sum(axis=2), 1)
+    assert after_fall[:8].sum() > 5 * levels[0b111, :8, 2].sum()
+    assert np.allclose(levels.sum(axis=2), 1)
     assert np.allclose(guess_levels(counts, 3).sum(axis=2), 1)

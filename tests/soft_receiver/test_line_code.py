@@ -1,4 +1,4 @@
-"""Line codes: what is encoded is decoded, and the trellis allows just what can be sent."""
+"""Line codes: what is encoded is decoded, and the trellis allows exactly what can be sent."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CODES: list[LineCode] = [*(BicodeLine(packet_format=f) for f in FORMATS), UartLi
 
 
 def allowed(trellis: Trellis, chips: np.ndarray) -> bool:
-    """Whether some walk from a frame's first chip says these levels: all walks at once, the plain way."""
+    """Return whether some path from the first chip of a frame has these levels, by following all paths at once."""
     here = {i for i in range(trellis.level.size) if trellis.place[i] == 0}
     for k, level in enumerate(chips):
         if k:
@@ -41,7 +41,7 @@ def test_every_value_comes_back_and_may_be_sent(line: LineCode) -> None:
         assert allowed(line.trellis(checked), np.tile(chips, 2))
 
 
-def test_a_checked_uart_walk_forbids_odd_parity_and_only_that() -> None:
+def test_a_checked_uart_path_forbids_odd_parity_and_only_that() -> None:
     line = UartLine(rate_hz=504)
     chips = line.encode(ord("S"))
     for k in range(1, 9):
@@ -53,7 +53,7 @@ def test_a_checked_uart_walk_forbids_odd_parity_and_only_that() -> None:
 
 
 @pytest.mark.parametrize("line", CODES[:3], ids=str)
-def test_a_bit_that_does_not_switch_is_no_walk(line: LineCode) -> None:
+def test_a_bit_that_does_not_switch_is_no_path(line: LineCode) -> None:
     chips = line.encode(0)
     chips[-1] ^= 1
     assert not allowed(line.trellis(), chips)
@@ -68,27 +68,27 @@ def test_either_convention_is_read_and_the_checksum_tells_which() -> None:
 
 @pytest.mark.parametrize("line", CODES, ids=str)
 def test_best_path_is_the_best_of_all(line: LineCode) -> None:
-    """Against every sequence of levels that the trellis allows, with random scores."""
+    """The path is compared with every sequence of levels that the trellis allows, with random scores."""
     rng = np.random.default_rng(0)
     n, memory = 9, 3
     scores = rng.normal(size=(n, 1 << memory))
     nodes = build_nodes(line, memory)
-    walk, margins = best_path(scores, nodes)
+    path, margins = best_path(scores, nodes)
     sums: dict[tuple[int, ...], float] = {}
     for start in range(nodes.context.size):
-        walks = [([start], scores[0, nodes.context[start]])]
+        paths = [([start], scores[0, nodes.context[start]])]
         for k in range(1, n):
-            walks = [
+            paths = [
                 ([*old, j], total + scores[k, nodes.context[j]])
-                for old, total in walks
+                for old, total in paths
                 for j in range(nodes.context.size)
                 if old[-1] in nodes.before[j]
             ]
-        for nodes_of_walk, total in walks:
-            levels = tuple(int(c) & 1 for c in nodes.context[nodes_of_walk])
+        for nodes_of_path, total in paths:
+            levels = tuple(int(c) & 1 for c in nodes.context[nodes_of_path])
             sums[levels] = max(total, sums.get(levels, -np.inf))
     best = max(sums, key=lambda levels: sums[levels])
-    assert tuple(nodes.context[walk] & 1) == best
+    assert tuple(nodes.context[path] & 1) == best
     for k in range(n):
         other = [total for levels, total in sums.items() if levels[k] != best[k]]
         expected = sums[best] - max(other) if other else np.inf

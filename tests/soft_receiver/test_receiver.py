@@ -1,4 +1,4 @@
-"""The soft receiver on simulated markers, beside the paper's rule, and on real light without a marker."""
+"""The soft receiver on simulated markers, compared with the paper's receiver, and on real light without a marker."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ N_SEEDS, N_PERIODS = 16, 10
 
 @cache
 def seen(distance_m: float, seed: int, n_periods: int) -> tuple[Scene, Events]:
-    """The default marker with a payload, phase, clock and sub-pixel place of its own, and its events."""
+    """Record the default marker with a random payload, phase, clock and sub-pixel position."""
     rng = np.random.default_rng(seed)
     marker = Marker(
         payload=int(rng.integers(256)),
@@ -43,13 +43,13 @@ def seen(distance_m: float, seed: int, n_periods: int) -> tuple[Scene, Events]:
 
 
 def id_right(sightings: Iterable[Sighting], scene: Scene, n_periods: int) -> np.ndarray:
-    """Sightings in, whether each period's ID was right out."""
+    """Return whether the ID of each period is right."""
     scores = score(sightings, lambda t_us: truth_at(scene, t_us), Periods(start_us=0, count=n_periods))
     return scores["id_right"].to_numpy(bool)
 
 
 def papers_accuracy(distance_m: float) -> float:
-    """A distance in, the share of periods that the paper's rule reads out."""
+    """Return the share of the periods that the paper's receiver reads at a distance."""
     shares = []
     for seed in range(N_SEEDS):
         scene, events = seen(distance_m, seed, N_PERIODS)
@@ -59,17 +59,17 @@ def papers_accuracy(distance_m: float) -> float:
 
 @cache
 def papers_range_m() -> float:
-    """Where the paper's rule reads half of the periods, found with the camera as it is."""
+    """Find the distance at which the paper's receiver reads half of the periods."""
     return crossing_distance_m(papers_accuracy, guess_m=20)
 
 
 def wrong(rows: list[Sighting], scene: Scene) -> int:
-    """Sightings in, how many of them have an ID that is not the marker's out."""
+    """Count the sightings with an ID that is not that of the marker."""
     return sum(row.id not in (None, scene.markers[0].marker.payload) for row in rows)
 
 
 def test_one_period_is_read_1_25_times_as_far_as_by_the_papers_rule() -> None:
-    """And without more wrong IDs, though they are read farther out."""
+    """There are no more wrong IDs either, though the distance is larger."""
     soft, n_wrong, n_wrong_paper = [], 0, 0
     for seed in range(N_SEEDS):
         scene, events = seen(1.25 * papers_range_m(), seed, N_PERIODS)
@@ -79,7 +79,7 @@ def test_one_period_is_read_1_25_times_as_far_as_by_the_papers_rule() -> None:
         n_wrong += wrong(rows, scene)
         scene, events = seen(papers_range_m(), seed, N_PERIODS)
         n_wrong_paper += wrong(list(recognise(events, PAPER, t0_us=0)), scene)
-    scatter = np.std(soft) / np.sqrt(N_SEEDS)  # far away no two seeds are alike
+    scatter = np.std(soft) / np.sqrt(N_SEEDS)  # at this distance the seeds differ much
     assert np.mean(soft) + 2 * scatter >= 0.5
     assert n_wrong <= n_wrong_paper + 1
 
@@ -115,7 +115,7 @@ def test_a_moving_marker_is_followed() -> None:
 
 
 def test_faint_light_is_found_among_noise_and_hot_pixels() -> None:
-    """A light with an event in two of ten edges, spread over nine pixels; hot pixels make as many events."""
+    """A light makes an event in two of ten edges, spread over nine pixels; hot pixels make as many events."""
     rng = np.random.default_rng(0)
     light = light_events(np.tile(LINE.encode(0x25), 70), 500.0, rng, on_per_edge=0.2, off_per_edge=0.2, error_ppm=800)
     light["x"], light["y"] = 100 + rng.integers(-1, 2, light.size), 60 + rng.integers(-1, 2, light.size)
@@ -155,7 +155,7 @@ def test_real_recordings_without_a_marker_give_no_id(real_recordings: Path, name
 
 
 def test_a_quiet_gap_costs_nothing_and_loses_nothing() -> None:
-    """The clock of a track behind a gap is its own: evidence from before it is not laid over it."""
+    """The evidence after a gap has a clock of its own: evidence from before the gap is not added to it."""
     scene, events = seen(10.0, 2, 4)
     later = events.copy()
     later["t"] += 5000 * PERIOD_US + 4711

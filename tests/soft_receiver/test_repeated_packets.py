@@ -1,4 +1,4 @@
-"""Packets laid over each other."""
+"""Reading one packet from many repetitions of it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LINE = BicodeLine(packet_format=PacketFormat())
 
 
 def believed(reading: Reading) -> int | None:
-    """The ID, or None where it is doubted."""
+    """Return the ID, or None if it is doubted."""
     return None if doubt(reading) else reading.value
 
 
@@ -45,7 +45,7 @@ def test_any_payload_phase_and_clock_is_read(n_packets: float) -> None:
 
 
 def test_evidence_of_many_packets_reads_what_one_cannot() -> None:
-    """Half an event in ten edges: a packet holds two or three of them."""
+    """There is about one event in ten edges, so that a packet holds two or three."""
     rng = np.random.default_rng(1)
     right = []
     for payload in rng.integers(0, 256, 20):
@@ -57,7 +57,7 @@ def test_evidence_of_many_packets_reads_what_one_cannot() -> None:
 
 
 def test_chance_and_lamps_are_no_id() -> None:
-    """Noise of any rate, and lamps that flicker at the chip rate and at half of it: no ID in 700 tries."""
+    """Noise of any rate, and lamps that flicker at the chip rate and at half of it, give no ID in 700 tries."""
     rng = np.random.default_rng(2)
     for _ in range(300):
         marks = np.zeros(1065, np.int8)
@@ -94,7 +94,7 @@ def test_nothing_says_nothing() -> None:
 
 
 def test_every_place_is_scored_as_the_best_path_from_there() -> None:
-    """The kernel over all places against `best_path`, place by place."""
+    """The kernel that scores all places agrees with `best_path`, place by place."""
     rng = np.random.default_rng(4)
     counts = rng.integers(0, 3, (28, PHASES, 3)).astype(float)
     nodes = build_nodes(LINE, MEMORY)

@@ -1,4 +1,4 @@
-"""Text from a light: made here, and the public beacons'."""
+"""Reading text from a light: made here, and from public beacons."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_public_beacons_are_read(
     n_letters: int,
     least: float,
 ) -> None:
-    """From the poem's beginning; the 504 baud file breaks off within the 265th letter, which is not given out."""
+    """The poem is read from its beginning; the 504 baud file ends within letter 265, which is not returned."""
     file = real_recordings / "event_beacon" / f"{name}.mat"
     with pytest.raises(SystemExit) as ended:
         main(["decode", str(file), "--line-code", "uart", "--rate-hz", str(rate_hz), "--format", "jsonl"])
@@ -86,7 +86,7 @@ def test_public_beacons_are_read(
     read = text[first : first + len(SONNET_18)]
     assert len(read) == n_letters
     assert np.mean([a == b for a, b in zip(read, SONNET_18, strict=False)]) >= least
-    # The part ahead of it is the end of the same poem.
+    # The part before it is the end of the same poem.
     ahead = text[: first - 1]
     assert np.mean([a == b for a, b in zip(ahead[::-1], SONNET_18[::-1], strict=False)]) >= least - 0.005
     assert np.mean([row["parity_ok"] for row in rows]) >= 0.95
