@@ -1,7 +1,7 @@
 """One trial: a scene is recorded once, read with every receiver, and each reading is scored against the truth.
 
-Studies call `run` for counts, `record_and_read` where they need the scores of single periods, and `read` for events that
-they have recorded already.
+Studies call `run` for counts, `record_and_read` where they need the scores of single periods, and `read` for events
+that they have recorded already.
 """
 
 from __future__ import annotations
