@@ -1,8 +1,8 @@
 """The soft receiver: the periods, regions and tracks of the paper's receiver, with soft decisions.
 
-In each period, the blinking regions of the paper's receiver and the faint regions become tracks. The evidence of a track
-is the marks of its box in the last `evidence_periods` periods: 1 asks what a single period can say, 30 combine about one
-second. The most likely packet in this evidence gives the ID, if it is believed.
+In each period, the blinking regions of the paper's receiver and the faint regions become tracks. The evidence of a
+track is the marks of its box in the last `evidence_periods` periods: 1 asks what a single period can say, 30 combine
+about one second. The most likely packet in this evidence gives the ID, if it is believed.
 
 A new track gets the evidence of its box from the events that are still held. Faint regions are searched for in the
 events of the last `region_periods` periods.
