@@ -81,7 +81,7 @@ pins: $(BIN)/python
 	@echo "$(PINS): $$(grep -c == $(PINS)) packages; now: make test"
 
 clean:
-	@rm -rf build dist *.egg-info figures/quick results/quick results/quick .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf build dist *.egg-info figures/quick results/quick .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@find bicode_lab bicode_studies tests notebooks -name __pycache__ -prune -exec rm -rf {} +
 
 clean-all: clean
