@@ -160,14 +160,14 @@ class ReceiverSettings:
                 raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")
         for name in ("min_blink_fraction", "led_gate", "min_iou"):
             if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"{name}={getattr(self, name)} is not a fraction; choose 0 .. 1")
+                raise ValueError(f"{name}={getattr(self, name)} is not a share; choose 0 .. 1")
         if not 0 <= self.latency_us <= self.delta_t_whole_us:
             raise ValueError(
-                f"latency_us={self.latency_us} is not in 0 .. {self.delta_t_whole_us} us; choose 0 to subtract nothing"
+                f"latency_us={self.latency_us} is not in 0 .. {self.delta_t_whole_us}; 0 takes nothing off"
             )
         for name in ("pattern_size_m", "focal_px"):
             if not getattr(self, name) > 0:
-                raise ValueError(f"{name}={getattr(self, name)} is not positive; choose more than 0")
+                raise ValueError(f"{name}={getattr(self, name)} is not a length; choose more than 0")
 
     @property
     def conventions(self) -> tuple[Literal["ieee", "thomas"], ...]:
