@@ -1,4 +1,4 @@
-"""The channel and the sensor: light path -> pixels -> readout, a synthetic event camera."""
+"""The channel and the sensor: a synthetic event camera that records a scene of markers, lamps and a wall."""
 
 from bicode_lab.camera.lamp import Flicker, Lamp
 from bicode_lab.camera.merge import stream_over

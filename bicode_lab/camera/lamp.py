@@ -1,7 +1,7 @@
-"""Lamps that are no markers: mains ripple and dimmers, for those who ask what a receiver takes for a marker.
+"""Lamps that are no markers, such as lamps with mains ripple and dimmed LEDs.
 
-A lamp is an even rectangle that faces the camera. Its image has a closed form, because
-the blur of the lens is a Gaussian; what stands behind it shines through.
+They test what a receiver takes for a marker. A lamp is an even rectangle that faces the camera. Its image has a closed
+form, because the blur of the lens is a Gaussian. What is behind a lamp shines through it.
 """
 
 from __future__ import annotations
@@ -22,32 +22,37 @@ SINE_STEPS = 40  # a smooth ripple is drawn as this many levels a cycle: 250 us 
 
 
 class Waveform(Protocol):
-    """Light in time, as a patch of pixels wants it; `LedWaveform` and `Flicker` are such."""
+    """Light over time, as a patch of pixels needs it; `LedWaveform` and `Flicker` are examples."""
 
     @property
     def packet_us(self) -> float:
-        """A time that holds a change of the light, wherever it begins [us]."""
+        """A length of time in which the light changes at least once, wherever it begins [us]."""
 
     def steps(self, start_us: float, end_us: float) -> tuple[Floats, Floats]:
-        """See `LedWaveform.steps`."""
+        """Return the steps of the light in a span of time; see `LedWaveform.steps`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flicker:
-    """A lamp's light in time, the same in every cycle.
+    """The light of a lamp over time, the same in every cycle.
 
     Parameters
     ----------
     rate_hz : float
-        Cycles of light a second: 100 and 120 on the mains of 50 and 60 Hz, 1000 and more behind a dimmer.
+        Cycles of light per second [Hz]: 100 and 120 on mains of 50 and 60 Hz, 1000 and more behind a dimmer.
     shape : {"sine", "square"}
-        Ripple, or pulses.
+        Ripple or pulses.
     depth : float
-        What is missing where it is darkest, 0 .. 1.
+        Share of the light that is missing at the darkest moment, 0 .. 1.
     duty : float
-        Share of a square cycle that is bright.
+        Share of a square cycle that is bright, inside 0 .. 1.
     phase_us : float
-        When a cycle begins: a sine in the dark, a square with its bright part [us].
+        A moment at which a cycle begins [us]: a sine at its darkest, a square with its bright part.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range.
 
     Examples
     --------
@@ -75,7 +80,20 @@ class Flicker:
         return 1e6 / self.rate_hz
 
     def steps(self, start_us: float, end_us: float) -> tuple[Floats, Floats]:
-        """A span of time in; when the light changes, `start_us` first [us], and its level from then on out."""
+        """Return the steps of the light in a span of time.
+
+        Parameters
+        ----------
+        start_us, end_us : float
+            Span of time; `end_us` itself is not part of it [us].
+
+        Returns
+        -------
+        times_us : ndarray of float64, shape (n,)
+            Rising; the first is `start_us`, at the others the light changes [us].
+        levels : ndarray of float64, shape (n,)
+            Level of the light from each of these moments on, 0 .. 1.
+        """
         if self.shape == "sine":
             shares = np.arange(SINE_STEPS) / SINE_STEPS
             cycle = 1 - self.depth * (0.5 + 0.5 * np.cos(2 * np.pi * (shares + 0.5 / SINE_STEPS)))
@@ -92,16 +110,22 @@ class Flicker:
 
 @dataclass(frozen=True, kw_only=True)
 class Lamp:
-    """A flickering rectangle on its path through the world.
+    """A flickering rectangle and its trajectory in the world.
 
     Parameters
     ----------
     flicker : Waveform
     path : Trajectory
-        Where it is; it faces the camera, however it is turned.
+        Position of the lamp over time; it always faces the camera, whatever its rotation.
     width_m, height_m : float
+        Size [m].
     brightness : float
-        Its signal at the brightest over that of the office's wall.
+        Signal of the lamp at its brightest, relative to that of the office's wall.
+
+    Raises
+    ------
+    ValueError
+        If a size or the brightness is not above 0.
     """
 
     flicker: Waveform = field(default_factory=Flicker)
@@ -116,13 +140,28 @@ class Lamp:
                 raise ValueError(f"{name}={getattr(self, name)} is no lamp; choose more than 0")
 
     def corners_m(self) -> Floats:
-        """Top left and bottom right in its own axes, shape (2, 3) [m]."""
+        """Return the top left and the bottom right corner in the lamp's own axes, shape (2, 3) [m]."""
         half = np.array([self.width_m / 2, self.height_m / 2, 0.0])
         return np.array([-half, half])
 
 
 class LampImage:
-    """One lamp as the camera sees it, with the methods of `PlateImage`."""
+    """The image of one lamp, with the same methods as `PlateImage`.
+
+    Parameters
+    ----------
+    lamp : Lamp
+    optics : Optics
+    light : Light
+
+    Attributes
+    ----------
+    waveform : Waveform
+    dark_signal, full_signal : float
+        Signal of the surroundings, and of the lamp at its brightest.
+    sensor_width : int
+        [px]
+    """
 
     def __init__(self, lamp: Lamp, optics: Optics, light: Light) -> None:
         self.lamp = lamp
@@ -133,11 +172,22 @@ class LampImage:
         self.sensor_width = optics.width
 
     def _sides(self, pose: Pose) -> npt.NDArray[np.float64]:
-        """Left and top, right and bottom of its image, shape (2, 2) [px]; nan behind the camera."""
+        """Return left and top, right and bottom of the image, shape (2, 2) [px]; nan behind the camera."""
         return self._optics.project(self.lamp.corners_m() + pose.position_m)
 
     def reach(self, poses: list[Pose]) -> Box:
-        """Poses in, the pixels that its light reaches in any of them out."""
+        """Return the box of the pixels that the light reaches in any of some poses.
+
+        Parameters
+        ----------
+        poses : list of Pose
+            In camera axes.
+
+        Returns
+        -------
+        Box
+            Clipped to the sensor; empty where the lamp is behind the camera.
+        """
         sides = np.concatenate([self._sides(pose) for pose in poses])
         if np.isnan(sides).any():
             return Box(0, 0, 0, 0)
@@ -149,14 +199,28 @@ class LampImage:
         )
 
     def image(self, pose: Pose, box: Box) -> tuple[Image, Image]:
-        """A pose and a box in; share of its brightness on each pixel, and a cover of nothing, shape (rows, columns)."""
+        """Draw the lamp on the pixels of a box.
+
+        Parameters
+        ----------
+        pose : Pose
+            In camera axes.
+        box : Box
+
+        Returns
+        -------
+        glow : ndarray of float32, shape (box.h, box.w)
+            Share of the lamp's brightness on each pixel.
+        mask : ndarray of float32, shape (box.h, box.w)
+            Zeros: a lamp covers nothing.
+        """
         share = self._optics.halo_fraction
         glow = (1 - share) * self._blurred(pose, box, np.sqrt(self._optics.blur_px**2 + 1 / 12))
         glow += share * self._blurred(pose, box, self._optics.halo_px)
         return glow.astype(np.float32), np.zeros(glow.shape, np.float32)
 
     def _blurred(self, pose: Pose, box: Box, sigma_px: float) -> Floats:
-        """The rectangle through a Gaussian blur, shape (rows, columns); nothing where it is behind the camera."""
+        """Return the rectangle blurred by a Gaussian, shape (box.h, box.w)."""
         low, high = np.nan_to_num(self._sides(pose))
         x, y = np.arange(box.x, box.right), np.arange(box.y, box.bottom)
         across = ndtr((x - low[0]) / sigma_px) - ndtr((x - high[0]) / sigma_px)
@@ -164,4 +228,4 @@ class LampImage:
         return np.asarray(np.outer(down, across))
 
     def cover(self, signal: npt.NDArray[np.float32], pose: Pose) -> None:
-        """Nothing: it hides nothing."""
+        """Do nothing: a lamp does not occlude the background."""

@@ -1,4 +1,4 @@
-"""A marker in somebody else's recording: synthetic events among real ones."""
+"""A marker in the recording of another camera: synthetic events among real ones."""
 
 from __future__ import annotations
 
@@ -16,23 +16,28 @@ MAX_DURATION_S = 1e6
 
 
 def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Generator) -> Iterator[Events]:
-    """A recording's chunks and a scene in, both together out, until the recording ends.
+    """Merge the events of a scene into a recording, until the recording ends.
 
-    The scene starts with the recording's first event and takes over its clock; background
-    events and hot pixels are left to the recording, which has its own. The markers hide
-    nothing of what is behind them.
+    The scene starts with the first event of the recording and uses its clock. The scene makes neither background
+    activity nor events of hot pixels, because the recording has its own. The markers do not occlude the background.
 
     Parameters
     ----------
-    background : iterable of event arrays
-        Chunks in the order of time; the scene's sensor must be theirs.
+    background : iterable of ndarray of EVENT_DTYPE
+        Chunks of the recording in the order of time.
     scene : Scene
-    rng : numpy Generator
+        Without a wall; its sensor has the size of the recording's sensor.
+    rng : numpy.random.Generator
 
     Yields
     ------
     ndarray of EVENT_DTYPE
-        Sorted, and no longer than a background chunk and `CHUNK_US` of the scene.
+        Sorted by time; at most a chunk of the recording and `CHUNK_US` of the scene.
+
+    Raises
+    ------
+    ValueError
+        If the scene has a wall.
     """
     if scene.wall is not None:
         raise ValueError("the scene has a wall, but the recording is its background; take wall=None")

@@ -1,7 +1,7 @@
-"""Where things are: poses, and paths of poses over time.   time -> pose
+"""Poses, and trajectories: poses over time.
 
-Axes of the camera and of the world: x to the right, y down, z forward [m]; the world
-is where the camera starts. A marker's axes are those of `marker.board`: z out of its face.
+The axes of the camera and of the world are x to the right, y down, z forward [m]; the world has its origin where the
+camera starts. The axes of a marker are those of `marker.board`: z points out of its face.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ FACING = np.diag([1.0, -1.0, -1.0])
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A rotation and a place: ``point_outside = rotation @ point_inside + position_m``.
+    """A rotation and a position: ``point_outside = rotation @ point_inside + position_m``.
 
     Parameters
     ----------
     rotation : ndarray, shape (3, 3)
     position_m : ndarray, shape (3,)
+        [m]
     """
 
     rotation: Floats = field(default_factory=lambda: np.eye(3))
@@ -37,18 +38,27 @@ class Pose:
     def facing(
         cls, distance_m: float, *, x_m: float = 0.0, y_m: float = 0.0, yaw_deg: float = 0.0, roll_deg: float = 0.0
     ) -> Pose:
-        """A marker's pose in front of the camera.
+        """Return the pose of a marker in front of the camera.
 
         Parameters
         ----------
         distance_m : float
-            Along the optical axis.
+            Distance along the optical axis, above 0 [m].
         x_m, y_m : float
-            To the right, and down.
+            Offset to the right and down [m].
         yaw_deg : float
-            Out of plane, about the marker's vertical axis: the angle theta of IV-B.
+            Turn about the marker's vertical axis, out of its plane: the angle theta of IV-B [deg].
         roll_deg : float
-            In plane, counter-clockwise as the camera sees it: the rotation of IV-F.
+            Turn in the marker's plane, counter-clockwise as the camera sees it: the rotation of IV-F [deg].
+
+        Returns
+        -------
+        Pose
+
+        Raises
+        ------
+        ValueError
+            If `distance_m` is not above 0.
 
         Examples
         --------
@@ -61,34 +71,65 @@ class Pose:
         return cls(FACING @ turn, np.array([x_m, y_m, distance_m]))
 
     def inverse(self) -> Pose:
-        """The pose of the outside seen from the inside."""
+        """Return the pose of the outer axes, given in the inner axes."""
         return Pose(self.rotation.T, -self.rotation.T @ self.position_m)
 
     def after(self, outer: Pose) -> Pose:
-        """The same pose in the axes that `outer` is given in, where it was given in those of `outer`."""
+        """Return this pose in the axes in which `outer` is given, where this pose is given in the axes of `outer`.
+
+        Parameters
+        ----------
+        outer : Pose
+
+        Returns
+        -------
+        Pose
+        """
         return Pose(outer.rotation @ self.rotation, outer.rotation @ self.position_m + outer.position_m)
 
     def apply(self, points_m: Floats) -> Floats:
-        """Points inside, shape (n, 3), in; the same points outside, shape (n, 3) [m], out."""
+        """Transform points from the inner axes to the outer axes.
+
+        Parameters
+        ----------
+        points_m : ndarray, shape (n, 3)
+            [m]
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            [m]
+        """
         return np.asarray(points_m @ self.rotation.T + self.position_m)
 
     def rvec(self) -> Floats:
-        """The rotation as axis times angle, as OpenCV has it [rad], shape (3,)."""
+        """Return the rotation as a rotation vector, axis times angle, as OpenCV uses it, shape (3,) [rad]."""
         return np.asarray(Rotation.from_matrix(self.rotation).as_rotvec(), np.float64)
 
 
 def turn_about(axis: str, angle_deg: float) -> Floats:
-    """An axis, x, y or z, and an angle in; the rotation about it by the right-hand rule out, shape (3, 3)."""
+    """Return the rotation about an axis by the right-hand rule.
+
+    Parameters
+    ----------
+    axis : {"x", "y", "z"}
+    angle_deg : float
+        [deg]
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+    """
     vector = np.zeros(3)
     vector["xyz".index(axis)] = np.deg2rad(angle_deg)
     return np.asarray(cv2.Rodrigues(vector)[0], np.float64)
 
 
 class Trajectory(Protocol):
-    """Anything that says where something is at a time."""
+    """Anything that has a pose at each time."""
 
     def pose_at(self, t_s: float) -> Pose:
-        """The pose at time `t_s` after the start of the recording."""
+        """Return the pose at a time after the start of the recording [s]."""
 
     @property
     def is_still(self) -> bool:
@@ -97,12 +138,17 @@ class Trajectory(Protocol):
 
 @dataclass(frozen=True)
 class Still:
-    """A path that stays where it is."""
+    """A trajectory that stays at one pose.
+
+    Parameters
+    ----------
+    pose : Pose
+    """
 
     pose: Pose = field(default_factory=Pose)
 
     def pose_at(self, t_s: float) -> Pose:
-        """The one pose."""
+        """Return the pose, which is the same at all times."""
         return self.pose
 
     @property
@@ -113,18 +159,23 @@ class Still:
 
 @dataclass(frozen=True, kw_only=True)
 class Moving:
-    """A path of constant velocity and constant turning rate about one of its own axes.
+    """A trajectory of constant velocity that turns at a constant rate about one of its own axes.
 
     Parameters
     ----------
     start : Pose
         The pose at `t_s` = 0.
     velocity_m_per_s : tuple of 3 floats
-        In the axes of the world.
+        In the axes of the world [m/s].
     axis : {"x", "y", "z"}
-        Its own axis to turn about: "z" spins a marker in its plane (IV-F), "y" pans a camera (IV-E).
+        Own axis to turn about: "z" spins a marker in its plane (IV-F), "y" pans a camera (IV-E).
     rate_deg_per_s : float
-        Turning rate, right-hand rule.
+        Turning rate by the right-hand rule [deg/s].
+
+    Raises
+    ------
+    ValueError
+        If there is no such axis.
     """
 
     start: Pose = field(default_factory=Pose)
@@ -137,7 +188,17 @@ class Moving:
             raise ValueError(f"axis={self.axis!r} is not known; choose 'x', 'y' or 'z'")
 
     def pose_at(self, t_s: float) -> Pose:
-        """The pose at time `t_s`."""
+        """Return the pose at a time.
+
+        Parameters
+        ----------
+        t_s : float
+            Time since the start of the recording [s].
+
+        Returns
+        -------
+        Pose
+        """
         rotation = self.start.rotation @ turn_about(self.axis, self.rate_deg_per_s * t_s)
         return Pose(rotation, self.start.position_m + np.array(self.velocity_m_per_s) * t_s)
 
@@ -148,20 +209,42 @@ class Moving:
 
 
 def spin(start: Pose, rpm: float) -> Moving:
-    """A marker's pose and a speed in; a path that spins it in its own plane out (IV-F)."""
+    """Return the trajectory of a marker that spins in its own plane (IV-F).
+
+    Parameters
+    ----------
+    start : Pose
+        Pose of the marker at the start.
+    rpm : float
+        Speed [revolutions per minute].
+
+    Returns
+    -------
+    Moving
+    """
     return Moving(start=start, axis="z", rate_deg_per_s=6 * rpm)
 
 
 def pan(tangential_m_per_s: float, distance_m: float, start_deg: float = 0.0) -> Moving:
-    """A tangential speed at a distance in; the camera's path that pans at speed / distance out (IV-E).
+    """Return the trajectory of a camera that pans at the rate ``tangential_m_per_s / distance_m`` (IV-E).
 
     Parameters
     ----------
     tangential_m_per_s : float
-        Speed at which a marker at `distance_m` passes.
+        Speed at which a marker at `distance_m` passes [m/s].
     distance_m : float
+        Above 0 [m].
     start_deg : float
-        Where the camera looks at first, to the right of the world's z axis.
+        Direction in which the camera looks at the start, to the right of the world's z axis [deg].
+
+    Returns
+    -------
+    Moving
+
+    Raises
+    ------
+    ValueError
+        If `distance_m` is not above 0.
     """
     if not distance_m > 0:
         raise ValueError(f"distance_m={distance_m} is not in front of the camera; choose more than 0 m")

@@ -1,9 +1,8 @@
-"""The light path: plate -> lens -> signal on every pixel.
+"""The light path from the scene through the lens to the signal of each pixel.
 
-A pixel answers to the logarithm of its light, so only ratios count. The unit of light
-here, the *signal*, is what the paper's office wall gives: 350 lx, mean reflectance,
-F5.6, no filter. An LED's share of it does not depend on the lens opening; the speed
-of a pixel does (see `sensor`).
+A pixel responds to the logarithm of its light, so only ratios matter. The unit of light is called the *signal*: 1 is
+what the paper's office wall gives (350 lx, mean reflectance, F5.6, no filter). The opening of the lens does not change
+the LED's share of the signal; it changes the speed of a pixel (see `pixels`).
 """
 
 from __future__ import annotations
@@ -24,24 +23,30 @@ REFERENCE_F_NUMBER = 5.6  # the lens with red LEDs (III-B)
 
 @dataclass(frozen=True, kw_only=True)
 class Optics:
-    """Sensor geometry and lens; the defaults are the paper's EVK4 with its 8 mm lens (III-B).
+    """Geometry of the sensor and the lens; the defaults are the paper's EVK4 with its 8 mm lens (III-B).
 
     Parameters
     ----------
     width, height : int
-        Sensor [px].
+        Sensor size [px], 1 .. 65536.
     pitch_um : float
         Side of a pixel [um].
     focal_length_mm : float
+        [mm]
     f_number : float
     blur_px : float
-        Standard deviation of the core of a point's image [px]; see `constants.csv`, also for the two below.
+        Standard deviation of the core of the image of a point [px]; see `constants.csv`, also for the next two.
     halo_fraction : float
-        Share of a point's light that lands in a wide halo (glare of lens and plate).
+        Share of the light of a point that lands in a wide halo (glare of lens and plate), 0 .. 1.
     halo_px : float
         Standard deviation of that halo [px].
     infrared_filter : bool
-        The IR88 filter of III-A in front of the lens.
+        True with the IR88 filter of III-A in front of the lens.
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible.
     """
 
     width: int = 1280
@@ -65,12 +70,12 @@ class Optics:
 
     @property
     def focal_px(self) -> float:
-        """Focal length in pixels: a thing of size s at distance d is ``s * focal_px / d`` wide."""
+        """Focal length in pixels: an object of size s at distance d is ``s * focal_px / d`` pixels wide."""
         return self.focal_length_mm * 1e3 / self.pitch_um
 
     @property
     def matrix(self) -> Floats:
-        """The camera matrix K, shape (3, 3); pixel centres lie on whole numbers."""
+        """Camera matrix K, shape (3, 3); the centres of pixels have whole coordinates."""
         return np.array(
             [
                 [self.focal_px, 0.0, (self.width - 1) / 2],
@@ -80,7 +85,17 @@ class Optics:
         )
 
     def project(self, points_m: npt.ArrayLike) -> Floats:
-        """Points in camera axes, shape (n, 3) [m], in; image points, shape (n, 2) [px], out; nan behind the camera.
+        """Project points into the image.
+
+        Parameters
+        ----------
+        points_m : array_like, shape (n, 3)
+            Points in camera axes [m].
+
+        Returns
+        -------
+        ndarray, shape (n, 2)
+            Image points x, y [px]; nan for a point behind the camera.
 
         Examples
         --------
@@ -94,24 +109,29 @@ class Optics:
 
 @dataclass(frozen=True, kw_only=True)
 class Light:
-    """What lights the scene, and how the LED compares.
+    """The illumination of the scene, and the brightness of the LED relative to it.
 
     Parameters
     ----------
     illuminance_lux : float
-        350 in the paper's office, 2000 on its evening outdoors, 10,000 and more at noon.
+        350 in the paper's office, 2000 on its evening outdoors, 10,000 and more at noon [lx].
     reflectance : float
-        Of the surroundings, relative to the office's mean.
+        Reflectance of the surroundings relative to the office's mean.
     plate_reflectance : float
-        Of the plate with its LED off, relative to the same; 1 makes the dark plate invisible.
+        The same of the plate with its LED off; 1 makes the dark plate invisible.
     led_to_ambient : float
-        Signal of a red face at 10.7 mA on 5 cm over that of the office; see `constants.csv`.
+        Signal of a red face at 10.7 mA on 5 cm relative to that of the office; see `constants.csv`.
     infrared_led_to_ambient : float
-        The same for the 940 nm LED without a filter; assumed equal.
+        The same of the 940 nm LED without a filter; assumed to be equal.
     infrared_share : float
-        What ambient light beyond the visible adds, relative to lamps of as many lux: behind the filter
-        that at 940 nm, without one all that the sensor sees and a lux meter does not. Next to nothing
-        under office lamps, of order one under daylight.
+        Signal of ambient light beyond the visible, relative to that of office lamps of the same illuminance. With the
+        filter, this is the light at 940 nm; without it, all light that the sensor sees and a lux meter does not. It is
+        near 0 under office lamps and of order 1 in daylight.
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible.
     """
 
     illuminance_lux: float = 350.0
@@ -131,7 +151,18 @@ class Light:
 
 
 def ambient_signal(light: Light, optics: Optics) -> float:
-    """Light and lens in, the signal of a surface of reflectance 1 out (times its reflectance elsewhere)."""
+    """Return the signal of a surface of reflectance 1.
+
+    Parameters
+    ----------
+    light : Light
+    optics : Optics
+
+    Returns
+    -------
+    float
+        1 for the paper's office; multiply it by the reflectance of another surface.
+    """
     share = light.infrared_share
     seen = IR88_TRANSMITTANCE * share if optics.infrared_filter else 1 + share
     opening = (REFERENCE_F_NUMBER / optics.f_number) ** 2
@@ -140,7 +171,21 @@ def ambient_signal(light: Light, optics: Optics) -> float:
 
 
 def led_signal(luminance_ratio: float, band: str, light: Light, optics: Optics) -> float:
-    """Face luminance relative to 10.7 mA on 5 cm and its band in, its signal at full level out."""
+    """Return the signal of a face whose LED is fully on.
+
+    Parameters
+    ----------
+    luminance_ratio : float
+        Luminance of the face relative to 10.7 mA on 5 cm.
+    band : {"visible", "infrared"}
+    light : Light
+    optics : Optics
+
+    Returns
+    -------
+    float
+        0 for a red LED behind the infrared filter.
+    """
     opening = (REFERENCE_F_NUMBER / optics.f_number) ** 2
     if band == "infrared":
         passed = IR88_TRANSMITTANCE if optics.infrared_filter else 1.0
@@ -149,6 +194,18 @@ def led_signal(luminance_ratio: float, band: str, light: Light, optics: Optics) 
 
 
 def plate_homography(pose: Pose, optics: Optics) -> Floats:
-    """A pose of a plane z = 0 in, the homography from it [m] to the image [px] out, shape (3, 3)."""
+    """Return the homography from a plane z = 0 to the image.
+
+    Parameters
+    ----------
+    pose : Pose
+        Pose of the plane in camera axes.
+    optics : Optics
+
+    Returns
+    -------
+    ndarray, shape (3, 3)
+        From x, y on the plane [m] to image points [px].
+    """
     columns = np.column_stack([pose.rotation[:, 0], pose.rotation[:, 1], pose.position_m])
     return np.asarray(optics.matrix @ columns)

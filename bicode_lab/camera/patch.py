@@ -1,8 +1,7 @@
-"""The part of the sensor that a plate lights, over a span of time.
+"""The part of the sensor that plates and lamps light, over a span of time.
 
-A patch holds what the pixel kernel needs: the signal without LEDs and that of each
-LED at full level, once for every step of what moves, and the LEDs' levels over time.
-Plates whose light meets on the sensor share a patch.
+A patch holds what the pixel kernel needs: the signal without LEDs and that of each LED at full level, once for every
+step of what moves, and the LEDs' levels over time. Plates whose light overlaps on the sensor share a patch.
 """
 
 from __future__ import annotations
@@ -28,15 +27,18 @@ class Patch:
 
     Parameters
     ----------
-    index : ndarray, shape (n,)
-        Places on the sensor.
-    ambient : ndarray, shape (maps, n)
-    glow : ndarray, shape (maps, markers, n)
-    lowest, highest : ndarray, shape (n,)
-        Log signal at the least and at the most, over maps and LED levels.
-    last : ndarray, shape (n,)
-        Log signal at the end of the span, LEDs off.
+    index : ndarray of int32, shape (n,)
+        Places of the pixels on the sensor, ``y * width + x``.
+    ambient : ndarray of float32, shape (maps, n)
+        Signal without the LEDs.
+    glow : ndarray of float32, shape (maps, markers, n)
+        Signal of each LED at full level.
+    lowest, highest : ndarray of float32, shape (n,)
+        Lowest and highest log signal over all maps and LED levels.
+    last : ndarray of float32, shape (n,)
+        Log signal at the end of the span with the LEDs off.
     waveforms : tuple of Waveform
+        Light of each LED over time.
     """
 
     index: I4
@@ -52,7 +54,25 @@ class Patch:
         cls, box: Box, plates: list[PlateImage | LampImage], poses: list[list[Pose]], log_ambient: float,
         wall: Wall | None, views: list[Floats],
     ) -> Patch:  # fmt: skip
-        """A box, the plates in it with their pose at every step, and the wall's view at every step in; a patch out."""
+        """Draw the pixels of a box at every step of a span.
+
+        Parameters
+        ----------
+        box : Box
+        plates : list of PlateImage or LampImage
+            Those whose light reaches the box.
+        poses : list of lists of Pose
+            Of each plate at every step, in camera axes.
+        log_ambient : float
+            Log signal of a wall of mean reflectance.
+        wall : Wall, optional
+        views : list of ndarray, shape (3, 3)
+            Homography from pixels to points of the wall at every step; unused without a wall.
+
+        Returns
+        -------
+        Patch
+        """
         steps, shape = len(poses[0]), (box.h, box.w)
         ambient: F4 = np.empty((steps, *shape), np.float32)
         glow: F4 = np.empty((steps, len(plates), *shape), np.float32)
@@ -78,7 +98,18 @@ class Patch:
         )
 
     def choose(self, state: PixelState, model: PixelModel) -> Patch:
-        """The patch of those pixels only that can reach a threshold; the others settle on their signal."""
+        """Return the patch of the pixels that can reach a threshold; the level of the others settles on their signal.
+
+        Parameters
+        ----------
+        state : PixelState
+            Its levels are changed.
+        model : PixelModel
+
+        Returns
+        -------
+        Patch
+        """
         margin = np.float32(NOISE_REACH * model.noise)
         chosen = _settle_or_choose(self.index, self.lowest, self.highest, self.last, state.reference,
                                    state.threshold_on, state.threshold_off, margin, state.level)  # fmt: skip
@@ -90,7 +121,18 @@ class Patch:
         )  # fmt: skip
 
     def schedule(self, cuts: F8) -> tuple[F8, I8, F4, I4]:
-        """The borders of the steps in; edges, moments, levels and maps as `sensor.fire_lit_pixels` wants them out."""
+        """Return when the light of the patch changes in a span, and what it is from then on.
+
+        Parameters
+        ----------
+        cuts : ndarray of float64, shape (steps + 1,)
+            Borders of the steps [us].
+
+        Returns
+        -------
+        edges, moments, levels, maps : ndarray
+            See `pixels.fire_lit_pixels`.
+        """
         start, end = float(cuts[0]), float(cuts[-1])
         # From a packet ahead of the span on: each holds an edge, so the one that began the first stretch is there.
         steps = [wave.steps(start - wave.packet_us, end) for wave in self.waveforms]
@@ -110,7 +152,7 @@ class Patch:
 @njit(cache=True)
 def _settle_or_choose(index: I4, lowest: F4, highest: F4, last: F4, reference: F4, on: F4, off: F4, margin: np.float32,
                       level: F4) -> I8:  # fmt: skip
-    """Pixels in; which of them can reach a threshold comes back, and the level of the others is set to `last`."""
+    """Return which pixels can reach a threshold, and set the level of the others to `last`."""
     chosen, n = np.empty(index.size, np.int64), 0
     for i in range(index.size):
         at = index[i]

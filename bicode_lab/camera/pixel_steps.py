@@ -1,9 +1,8 @@
-"""Many pixels through one stretch of constant light, side by side.   light -> events, levels
+"""The kernel that runs many pixels through one stretch of constant light, side by side.
 
-What a pixel does is in `fire_stretch`, in words in `sensor`. Here is how it is made fast: everything
-that all pixels do alike is a loop without a branch and without a call, which the compiler turns into
-wide instructions; hence the exponential and the logarithm are written out. What is left for a loop
-that takes pixel by pixel are the crossings.
+`fire_stretch` states what a pixel does, and `pixels` explains it in words. For speed, everything that all pixels do
+alike is a loop without a branch and without a call, which the compiler turns into wide instructions; so the
+exponential and the logarithm are written out. Only the crossings are left for a loop that handles pixels one by one.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
 
 @njit(inline="always", error_model="numpy")
 def fast_exp(x: float) -> float:
-    """The exponential of x, -700 < x < 700, to a part in 1e11."""
+    """Return the exponential of x, for -700 < x < 700, with a relative error of 1e-11."""
     n = np.floor(x * LOG2_E + 0.5)
     r = (x - n * LN_2_HIGH) - n * LN_2_LOW
     p = 1 + r * (1 / 6) * (1 + r * (1 / 7) * (1 + r * (1 / 8) * (1 + r * (1 / 9))))
@@ -44,7 +43,7 @@ def fast_exp(x: float) -> float:
 
 @njit(inline="always", error_model="numpy")
 def fast_log(x: float) -> float:
-    """The natural logarithm of x > 0, to 1e-11."""
+    """Return the natural logarithm of x > 0, with an error of 1e-11."""
     bits = np.float64(x).view(np.int64)
     n = (bits - ROOT_HALF_BITS) >> 52
     m = np.int64(bits - (n << 52)).view(np.float64)  # 0.7 .. 1.4
@@ -56,13 +55,26 @@ def fast_log(x: float) -> float:
 
 @njit(inline="always")
 def noise_key(seed: np.uint64, pixel: int) -> np.uint64:
-    """A seed and a pixel in, what `noise_from` wants of them out."""
+    """Return the key of a pixel for `noise_from`."""
     return seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15))
 
 
 @njit(inline="always")
 def noise_from(key: np.uint64, moment: int) -> float:
-    """A pixel's key and a moment in, a standard normal number (sum of four uniform ones) that is theirs out."""
+    """Return a pixel's standard normal number for a moment, the sum of four uniform ones.
+
+    Parameters
+    ----------
+    key : int
+        See `noise_key`.
+    moment : int
+        A number that names the moment.
+
+    Returns
+    -------
+    float
+        The same for the same key and moment; at most `pixels.NOISE_REACH` in magnitude.
+    """
     z = key ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -74,7 +86,19 @@ def noise_from(key: np.uint64, moment: int) -> float:
 
 @njit(cache=True, error_model="numpy")
 def max_events(edges: F8, refractory_us: float) -> int:
-    """Borders of stretches [us] and the time of a reset in, the most events a pixel can make in them out."""
+    """Return the largest number of events that a pixel can make in some stretches.
+
+    Parameters
+    ----------
+    edges : ndarray of float64, shape (stretches + 1,)
+        Borders of the stretches [us].
+    refractory_us : float
+        [us]
+
+    Returns
+    -------
+    int
+    """
     most = 0
     for k in range(edges.size - 1):
         most += int(min(float(MAX_EVENTS_PER_STRETCH), (edges[k + 1] - edges[k]) / max(refractory_us, 1e-3) + 2))
@@ -83,7 +107,7 @@ def max_events(edges: F8, refractory_us: float) -> int:
 
 @njit(cache=True, error_model="numpy")
 def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -> int:
-    """A reset that ends in the stretch ends now; how many pixels can reach a threshold in it comes back."""
+    """End the resets that end in the stretch, and return how many pixels can reach a threshold in it."""
     held, ready = 0, 0
     for i in range(many):
         held += free[i] > start
@@ -103,10 +127,10 @@ def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -
 
 @njit(cache=True, error_model="numpy")
 def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[int, int]:
-    """The next crossing of each of the first `n` lanes, where it has one; how many lanes may have more, and events.
+    """Find the next crossing of each of the first `n` lanes; return how many may have more, and the number of events.
 
-    `pixels` and `times` get, of each, twice its number and the polarity, and the share of the way to the aim
-    that is left, below 0 for OFF. A lane that has no more is marked by a `KEPT` of 0.
+    `pixels` and `times` get, for each crossing, twice the number of its lane and the polarity, and the share of the
+    distance to the aim that is left, below 0 for OFF. A lane that has no more crossings is marked by a `KEPT` of 0.
     """
     more = 0
     for j in range(n):
@@ -142,30 +166,41 @@ def fire_stretch(
     level: F8, reference: F8, free: F8, on: F8, off: F8, refractory_us: float, delay_on: float, delay_off: float,
     places: I8, room: F8, lanes: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
-    """The first `many` pixels through one stretch of constant light [us]: their events, and how many there are now.
+    """Run the first `many` pixels through one stretch of constant light.
 
-    While a pixel is not in reset, its level's way to its aim shrinks by e in a time constant. So a way
-    of `off_aim` that is `short` at the crossing takes log(off_aim / short) time constants, and the
-    whole can be told in ratios: `rest` is e to the number of time constants until the stretch ends.
+    While a pixel is not in reset, the distance of its level to its aim shrinks by e in one time constant. So a distance
+    of `off_aim` that is `short` at the crossing takes log(off_aim / short) time constants. All of this is computed in
+    ratios: `rest` is e to the number of time constants until the stretch ends.
 
     Parameters
     ----------
+    many : int
+        Number of pixels.
+    start, end : float
+        The stretch [us].
     keys, moment, noise : ndarray, int, float
-        Of the noise of this stretch.
+        Of the noise in this stretch, see `noise_from`; its standard deviation.
     light, rate : ndarray
-        Log signal, and how fast the level goes there [1/us].
+        Log signal, and the inverse of the time constant [1/us].
     level, reference, free : ndarray
-        The level, the level at the last reset, and when that ends [us]; all three are moved on.
+        Level, level at the end of the last reset, and the end of that reset [us]; all three are changed.
     on, off : ndarray
         Thresholds.
     refractory_us, delay_on, delay_off : float
-        How long a reset lasts; what is added to the times of events [us].
+        Refractory period, and latencies, which are added to the times of events [us].
     places : ndarray
-        Numbers of the pixels.
+        Places of the pixels on the sensor.
     room, lanes : ndarray, shape (1 or more, many or more) and (7 * MAX_LANES,)
-        For what lies between.
+        Room for intermediate values.
     pixels, times : ndarray
-        Room for events, see `sensor.fire_lit_pixels`; `count` of them are there.
+        Room for events, see `pixels.fire_lit_pixels`.
+    count : int
+        Number of events that are there already.
+
+    Returns
+    -------
+    int
+        Number of events.
     """
     aim, before = room[0], count
     for i in range(many):

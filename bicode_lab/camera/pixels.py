@@ -1,14 +1,13 @@
-"""The pixels: signal over time -> events, solved in continuous time.
+"""The pixels: from the signal over time to events, solved in continuous time.
 
-A pixel follows the logarithm of its light through a first-order low-pass whose time
-constant falls as one over the light. When it has moved by more than its threshold
-since it was last reset, it fires and is held in reset for the refractory period; what
-it holds when released is its new reference. Between two changes of the light the
-response is an exponential, so the moment of each crossing has a closed form and no
-event is bunched on the frames of a simulator (see docs/design.md).
+A pixel follows the logarithm of its light through a first-order low-pass whose time constant is inversely proportional
+to the light. When it has moved by more than its threshold since its last reset, it fires and is held in reset for the
+refractory period; its level at the end of that is its new reference. Between two changes of the light the response is
+an exponential, so the time of each crossing has a closed form, and events are not bunched at the frames of a simulator
+(see docs/design.md).
 
-Noise is a random target of its own for each stretch of constant light, passed through
-the same low-pass: continuous, of the pixel's own bandwidth, and fresh at each edge.
+The noise of a pixel is a random target for each stretch of constant light, which passes through the same low-pass. So
+it is continuous, has the bandwidth of the pixel and is drawn anew at each edge of the light.
 """
 
 from __future__ import annotations
@@ -28,30 +27,35 @@ SIDE_BY_SIDE = 256  # pixels; their state fits into the first level cache
 
 @dataclass(frozen=True, kw_only=True)
 class PixelModel:
-    """How a pixel answers to light. Sources: products' nominal values, measurements, or assumption as marked.
+    """Settings of the pixels; each value comes from products, from measurements or from an assumption, as marked.
 
     Parameters
     ----------
     threshold_on, threshold_off : float
-        Mean contrast threshold in log light (nominal 25 %).
+        Mean contrast threshold in log light (nominal 25 %), 0.05 or more.
     threshold_spread : float
-        Its standard deviation from pixel to pixel, drawn for ON and OFF apart (0.03, assumption).
+        Standard deviation of the threshold from pixel to pixel, drawn for ON and OFF separately (0.03, assumption).
     time_constant_us : float
-        Of the low-pass at signal 1, the office wall; it goes as 1 / signal (150, from a trial).
+        Time constant of the low-pass at signal 1, the office wall [us]; it is proportional to 1 / signal (fitted).
     noise : float
-        Standard deviation of the log level's noise (0.05, from a trial), fresh at each change of the light.
+        Standard deviation of the noise of the log level (0.05, from a trial), drawn anew at each change of the light.
     latency_on_us, latency_off_us : float
-        Pure delay behind a crossing (20 and 30, fit to measured latencies of an IMX636).
+        Delay after a crossing [us] (20 and 30, fitted to measured latencies of an IMX636).
     refractory_us : float
-        Dead time after an event (50; measured to be below 100-150 at default biases).
+        Refractory period after an event [us] (50; measured to be below 100 .. 150 at default biases).
     background_hz : float
-        Mean rate of background events a pixel (0.003, median of a quiet EVK4 recording).
+        Mean rate of background activity per pixel [Hz] (0.003, median of a quiet EVK4 recording).
     background_off_share : float
-        Share of OFF among them (0.64, the same recording).
+        Share of OFF events in it, 0 .. 1 (0.64, the same recording).
     hot_pixels : int
-        Pixels that fire by themselves; their rates are spread evenly in the logarithm up to `hot_pixel_hz`.
+        Number of pixels that fire without a cause. Their rates are spread evenly in the logarithm up to `hot_pixel_hz`.
     hot_pixel_hz : float
-        The fastest one (134, the same recording).
+        Rate of the fastest one [Hz] (134, the same recording).
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible.
     """
 
     threshold_on: float = constant("threshold")
@@ -83,17 +87,18 @@ class PixelModel:
 
 @dataclass(frozen=True, eq=False)
 class PixelState:
-    """What every pixel of the sensor remembers between two stretches of time, each shape (height * width,).
+    """What every pixel of the sensor remembers between two stretches of time.
 
     Parameters
     ----------
-    level : ndarray, float32
+    level : ndarray of float32, shape (height * width,)
         Log light behind the low-pass.
-    reference : ndarray, float32
-        The level it was last reset at.
-    free_us : ndarray, float64
-        When its reset ends.
-    threshold_on, threshold_off : ndarray, float32
+    reference : ndarray of float32, shape (height * width,)
+        Level at the end of the last reset.
+    free_us : ndarray of float64, shape (height * width,)
+        End of the last reset [us].
+    threshold_on, threshold_off : ndarray of float32, shape (height * width,)
+        In log light.
     """
 
     level: F4
@@ -104,7 +109,19 @@ class PixelState:
 
 
 def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> PixelState:
-    """The signal at rest of every pixel, shape (n,), in; pixels that have settled on it out."""
+    """Return pixels that have settled on a signal, with thresholds drawn at random.
+
+    Parameters
+    ----------
+    signal : ndarray of float32, shape (n,)
+        Above 0.
+    model : PixelModel
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    PixelState
+    """
     level = np.log(signal.astype(np.float64)).astype(np.float32)
     spread = rng.standard_normal((2, signal.size), dtype=np.float32) * np.float32(model.threshold_spread)
     on = np.maximum(spread[0] + np.float32(model.threshold_on), np.float32(SMALLEST_THRESHOLD))
@@ -119,31 +136,37 @@ def fire_lit_pixels(
     seed: np.uint64, noise: float, tau_us: float, refractory_us: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Lit pixels through a span of time, pixel by pixel.
+    """Run lit pixels through a span of time, a group of pixels after the other.
 
     Parameters
     ----------
     first : int
         The pixel to go on with (a call ends early when the room for events runs out).
     index : ndarray, shape (n,)
-        Where each lit pixel stands on the sensor, ``y * width + x``.
+        Place of each pixel on the sensor, ``y * width + x``.
     ambient : ndarray, shape (maps, n)
         Signal without the LEDs.
     glow : ndarray, shape (maps, markers, n)
         Signal of each LED at full level.
     edges : ndarray, shape (stretches + 1,)
-        When the light changes [us], the span's start and end included.
+        Times at which the light changes, start and end of the span included [us].
     moments : ndarray, shape (stretches,)
-        A number that names the moment a stretch began, for its noise; a stretch cut by a
-        span's border keeps it.
+        A number that names the time at which a stretch began, for its noise. A stretch that is cut by the border of a
+        span keeps its number.
     levels : ndarray, shape (stretches, markers)
         LED level, 0 .. 1.
     maps : ndarray, shape (stretches,)
-        Which row of `ambient` and `glow` holds in a stretch.
-    pixels, times : ndarrays
+        Row of `ambient` and `glow` that is valid in a stretch.
+    level, reference, free_us, threshold_on, threshold_off : ndarray
+        See `PixelState`; the first three are changed.
+    seed : int
+        Of the noise.
+    noise, tau_us, refractory_us, delay_on, delay_off : float
+        See `PixelModel`.
+    pixels, times : ndarray
         Room for the events: ``2 * index + polarity``, and time [us].
     count : int
-        Events there already.
+        Number of events that are there already.
 
     Returns
     -------
@@ -197,10 +220,27 @@ def fire_lit_pixels(
 
 @njit(cache=True)
 def sort_by_time(pixels: U4, times: F8, count: int, start_us: int, end_us: int, width: int, words: I8) -> int:
-    """Events in any order in; those before `end_us`, none before `start_us`, are sorted, and their number comes back.
+    """Sort the events before `end_us` by time, and keep the later ones for the next call.
 
-    They are sorted by counting: `words`, shape (count or more, 2), is filled (see `events.words`) in the order of
-    whole microseconds, ties as they came. Those from `end_us` on move to the front of `pixels` and `times`.
+    Events are sorted by counting, in the order of whole microseconds; events of the same microsecond keep their order.
+
+    Parameters
+    ----------
+    pixels, times : ndarray
+        The events, see `fire_lit_pixels`; none is before `start_us`. The later ones are moved to the front.
+    count : int
+        Number of events.
+    start_us, end_us : int
+        [us]
+    width : int
+        Of the sensor [px].
+    words : ndarray of int64, shape (count or more, 2)
+        Filled with the sorted events, see `events.words`.
+
+    Returns
+    -------
+    int
+        Number of sorted events.
     """
     span, late = end_us - start_us, 0
     at, order = np.zeros(span + 2, np.int32), np.empty(count, np.int64)

@@ -1,8 +1,8 @@
-"""The image of a glowing plate: board, pose -> share of the face's luminance on every pixel.
+"""The image of a glowing plate: the share of the face's luminance on each pixel.
 
-Near or far, the sharp image is drawn finer than the pixels, blurred by the lens (a
-Gaussian core and a wide halo) and then read off at the pixels. While a marker moves
-without changing its shape, its blurred image is drawn once and shifted or turned.
+The sharp image is drawn finer than the pixels, blurred by the lens (a Gaussian core and a wide halo) and then read at
+the pixels. While a marker moves without changing the shape of its image, its blurred image is drawn once and shifted
+or turned.
 """
 
 from __future__ import annotations
@@ -29,14 +29,12 @@ HALO_REACH = 3.0  # the halo is drawn out to this many of its standard deviation
 
 @dataclass(frozen=True)
 class Template:
-    """A blurred image of one plate, finer than the pixels, and the pose it was drawn for.
+    """The blurred image of one plate, finer than the pixels, and the shape that it was drawn for.
 
     Parameters
     ----------
-    glow : ndarray, float32
-        Share of the face's luminance.
-    mask : ndarray, float32
-        Share of the pixel that the plate covers.
+    glow, mask : ndarray of float32, shape (rows, columns)
+        Share of the face's luminance, and share of the pixel that the plate covers.
     to_template : ndarray, shape (3, 3)
         Homography from the plate [m] to the template's pixels.
     shape_px : ndarray, shape (6,)
@@ -50,7 +48,20 @@ class Template:
 
 
 class PlateImage:
-    """One marker as the camera sees it, pose after pose."""
+    """The image of one marker, pose after pose.
+
+    Parameters
+    ----------
+    marker, optics, light : Marker, Optics, Light
+    edge_glow : float
+        Luminance of a side face of the plate, seen along its normal, relative to the front face.
+
+    Attributes
+    ----------
+    waveform : LedWaveform
+    dark_signal, full_signal : float
+        Signal of the plate with its LED off, and signal that the LED at full level adds to a whole cell.
+    """
 
     def __init__(self, marker: Marker, optics: Optics, light: Light, edge_glow: float) -> None:
         self.marker = marker
@@ -63,7 +74,10 @@ class PlateImage:
         self._template: Template | None = None
 
     def reach(self, poses: list[Pose]) -> Box:
-        """Poses in, the pixels that its light reaches in any of them out."""
+        """Return the box of the pixels that the light reaches in the first or the last of some poses.
+
+        The poses are in camera axes. The box is clipped to the sensor, and empty where the plate is not in view.
+        """
         reached = Box(0, 0, 0, 0)
         for pose in poses[:: max(1, len(poses) - 1)] if len(poses) > 1 else poses:
             box = plate_box(self.marker.board, pose, self._optics)
@@ -71,7 +85,18 @@ class PlateImage:
         return reached
 
     def image(self, pose: Pose, box: Box) -> tuple[Image, Image]:
-        """A pose and a box in; share of the face's luminance and cover of each pixel out, shape (rows, columns)."""
+        """Draw the plate on the pixels of a box.
+
+        Parameters
+        ----------
+        pose, box : Pose, Box
+            The pose is in camera axes.
+
+        Returns
+        -------
+        glow, mask : ndarray of float32, shape (box.h, box.w)
+            Share of the face's luminance on each pixel, and share of the pixel that the plate covers.
+        """
         if plate_box(self.marker.board, pose, self._optics).is_empty:
             nothing = np.zeros((box.h, box.w), np.float32)
             return nothing, nothing
@@ -80,7 +105,15 @@ class PlateImage:
         return read_template(self._template, pose, self._optics, box)
 
     def cover(self, signal: F4, pose: Pose) -> None:
-        """Put the plate, LED off, into the signal of the whole sensor."""
+        """Put the plate with its LED off in front of the background.
+
+        Parameters
+        ----------
+        signal : ndarray of float32, shape (height, width)
+            Signal of the whole sensor; it is changed.
+        pose : Pose
+            In camera axes.
+        """
         box = plate_box(self.marker.board, pose, self._optics)
         if box.is_empty:
             return
@@ -90,26 +123,58 @@ class PlateImage:
 
 
 def side_faces(board: Board) -> list[Floats]:
-    """A board in, the corners of its four side faces out, each shape (4, 3) [m]: face edge first, then the back's."""
+    """Return the corners of the four side faces of a plate.
+
+    Parameters
+    ----------
+    board : Board
+
+    Returns
+    -------
+    list of ndarray, shape (4, 3)
+        The two corners on the front face first, then those on the back [m].
+    """
     front = board.plate_corners_m()
     back = front - [0, 0, board.thickness_m]
     return [np.stack([front[i], front[(i + 1) % 4], back[(i + 1) % 4], back[i]]) for i in range(4)]
 
 
 def image_corners(board: Board, pose: Pose, optics: Optics) -> Floats:
-    """The eight corners of the plate in the image, shape (8, 2) [px], front first; nan behind the camera."""
+    """Return the eight corners of a plate in the image.
+
+    Parameters
+    ----------
+    board, pose, optics : Board, Pose, Optics
+        The pose is in camera axes.
+
+    Returns
+    -------
+    ndarray, shape (8, 2)
+        Front face first [px]; nan behind the camera.
+    """
     front = board.plate_corners_m()
     return optics.project(pose.apply(np.concatenate([front, front - [0, 0, board.thickness_m]])))
 
 
 def reach_px(optics: Optics) -> float:
-    """How far the light of a point spreads [px]."""
+    """Return how far the light of a point spreads in the image [px]."""
     wide = HALO_REACH * optics.halo_px if optics.halo_fraction else 0.0
     return max(wide, 4 * optics.blur_px)
 
 
 def plate_box(board: Board, pose: Pose, optics: Optics) -> Box:
-    """A posed board in, the pixels that its light reaches out, clipped to the sensor; empty where it is not in view."""
+    """Return the box of the pixels that the light of a plate reaches.
+
+    Parameters
+    ----------
+    board, pose, optics : Board, Pose, Optics
+        The pose is in camera axes.
+
+    Returns
+    -------
+    Box
+        Clipped to the sensor; empty where the plate is not in view.
+    """
     corners = image_corners(board, pose, optics)
     if np.isnan(corners).any():
         return Box(0, 0, 0, 0)
@@ -121,13 +186,19 @@ def plate_box(board: Board, pose: Pose, optics: Optics) -> Box:
 
 
 def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) -> Template:
-    """A posed board in, its blurred image out.
+    """Draw the blurred image of a plate in a pose.
 
     Parameters
     ----------
+    board, pose, optics : Board, Pose, Optics
+        The pose is in camera axes.
     edge_glow : float
-        Luminance of the plate's side faces, seen straight on, over that of its face; they are what is seen at
-        grazing angles (IV-B). Off their normal they are darker, see `EDGE_LOBE`.
+        Luminance of a side face, seen along its normal, relative to the front face. Side faces are what the camera sees
+        at grazing angles (IV-B). Off their normal they are darker, see `EDGE_LOBE`.
+
+    Returns
+    -------
+    Template
     """
     shape = shape_px(board, pose, optics)
     corners = image_corners(board, pose, optics)
@@ -159,7 +230,7 @@ def make_template(board: Board, pose: Pose, optics: Optics, edge_glow: float) ->
 
 
 def _faces(board: Board, edge_glow: float) -> list[tuple[npt.NDArray[np.float64], Floats]]:
-    """Cells and corners of the front and of the side faces, corners clockwise as seen from outside."""
+    """Return cells and corners of the front face and the side faces, corners clockwise as seen from outside."""
     faces: list[tuple[npt.NDArray[np.float64], Floats]] = [(board.cells().astype(float), board.plate_corners_m())]
     for corners in side_faces(board):
         faces.append((np.array([[edge_glow]]), corners[::-1]))
@@ -167,20 +238,41 @@ def _faces(board: Board, edge_glow: float) -> list[tuple[npt.NDArray[np.float64]
 
 
 def shape_px(board: Board, pose: Pose, optics: Optics) -> Floats:
-    """Sides and diagonals of the plate's image, shape (6,) [px]."""
+    """Return the sides and diagonals of the image of a plate, shape (6,) [px]."""
     corners = optics.project(pose.apply(board.plate_corners_m()))
     pairs = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3)]
     return np.array([np.hypot(*(corners[a] - corners[b])) for a, b in pairs])
 
 
 def still_fits(template: Template, board: Board, pose: Pose, optics: Optics) -> bool:
-    """True where the template still has the shape of the plate in this pose."""
+    """Return whether a template still has the shape of the plate in a pose.
+
+    Parameters
+    ----------
+    template, board, pose, optics : Template, Board, Pose, Optics
+        The pose is in camera axes.
+
+    Returns
+    -------
+    bool
+    """
     now = shape_px(board, pose, optics)
     return bool(np.all(np.abs(now - template.shape_px) <= SHAPE_TOLERANCE * template.shape_px + 0.02))
 
 
 def read_template(template: Template, pose: Pose, optics: Optics, box: Box) -> tuple[Image, Image]:
-    """A template, a pose and a box of pixels in; glow and mask on those pixels out, shape (rows, columns)."""
+    """Read a template at the pixels of a box.
+
+    Parameters
+    ----------
+    template, pose, optics, box : Template, Pose, Optics, Box
+        The pose is in camera axes.
+
+    Returns
+    -------
+    glow, mask : ndarray of float32, shape (box.h, box.w)
+        See `PlateImage.image`.
+    """
     to_pixels = plate_homography(pose, optics) @ np.linalg.inv(template.to_template)
     to_pixels = np.array([[1, 0, -box.x], [0, 1, -box.y], [0, 0, 1.0]]) @ to_pixels
     glow, mask = (cv2.warpPerspective(drawn, to_pixels, (box.w, box.h)) for drawn in (template.glow, template.mask))
@@ -188,7 +280,7 @@ def read_template(template: Template, pose: Pose, optics: Optics, box: Box) -> t
 
 
 def _blur(image: Image, optics: Optics, finer: int) -> Image:
-    """A sharp fine image in, the lens's image of it, averaged over each pixel's square, out."""
+    """Return the lens's image of a sharp fine image, averaged over the square of a pixel."""
     core = finer * np.sqrt(optics.blur_px**2 + 1 / 12)  # the pixel's square has this variance
     blurred = cv2.GaussianBlur(image, (0, 0), core, borderType=cv2.BORDER_CONSTANT)
     if optics.halo_fraction:
@@ -201,7 +293,7 @@ def _blur(image: Image, optics: Optics, finer: int) -> Image:
 def _draw_face(
     glow: Image, mask: Image, cells: Image, to_cells: Floats, x0: int, y0: int, x1: int, y1: int, samples: int
 ) -> None:
-    """Add a face to the fine image, `samples` x `samples` points a fine pixel; `to_cells` ends in the unit square."""
+    """Add a face to the fine image at `samples`^2 points per fine pixel; `to_cells` maps to the unit square."""
     n_rows, n_columns = cells.shape
     weight = np.float32(1.0 / (samples * samples))
     for row in range(y0, y1):

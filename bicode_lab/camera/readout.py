@@ -1,8 +1,8 @@
-"""From the pixels to the wire: rows are read one after the other, and the link has a limit.
+"""The readout, which takes events from the pixels to the computer.
 
-An event's time stamp is taken when its row is read. When many pixels fire at once,
-rows wait, which delays events; where the link cannot carry them away in the long run,
-its buffer fills and events are lost. Both are counted.
+Rows are read one after the other, and the link to the computer is limited. An event gets its time stamp when its row is
+read. When many pixels fire at once, rows wait and events are delayed. Where the link cannot carry the events in the
+long run, its buffer fills and events are lost. Both are counted.
 """
 
 from __future__ import annotations
@@ -18,19 +18,24 @@ from bicode_lab.kernels import njit
 
 @dataclass(frozen=True, kw_only=True)
 class Readout:
-    """Rates of the way out of the sensor.
+    """Rates of the readout and the link.
 
     Parameters
     ----------
     row_us : float
-        Time to turn to a row [us]; 0 by default: the events of a row go together when many wait, and what a turn
-        costs is in the vendor's peak rate.
+        Time to switch to another row [us]. It is 0 by default: the events of a row are read together when many wait,
+        and the vendor's peak rate includes the time to switch.
     peak_mev_per_s : float
-        Events of a row that can be read a microsecond (vendor: about 1000 Mev/s).
+        Rate at which the events of a row are read [million events per second] (vendor: about 1000).
     sustained_mev_per_s : float
-        What the link carries away (drivers: about 50 Mev/s over USB).
+        Rate that the link carries [million events per second] (drivers: about 50 over USB).
     buffer_events : int
-        What it holds back meanwhile (assumption: 2 million).
+        Number of events that the buffer holds (assumption: 2 million).
+
+    Raises
+    ------
+    ValueError
+        If a value is impossible.
     """
 
     row_us: float = 0.0
@@ -47,14 +52,16 @@ class Readout:
 
 
 class ReadoutQueue:
-    """A readout at work: it keeps its place from one chunk to the next, and counts.
+    """A readout at work, which keeps its state from one chunk to the next.
+
+    Parameters
+    ----------
+    readout : Readout
 
     Attributes
     ----------
     lost : int
-        Events the link could not carry.
-    longest_wait_us : float
-        The longest an event waited for its row [us].
+        Number of events that the link could not carry.
     """
 
     def __init__(self, readout: Readout) -> None:
@@ -64,13 +71,23 @@ class ReadoutQueue:
 
     @property
     def longest_wait_us(self) -> float:
-        """The longest an event waited for its row [us]."""
+        """The longest time that an event has waited for its row [us]."""
         return float(self._state[3])
 
     def pass_on(self, events: Events, *, in_place: bool = False) -> Events:
-        """A chunk in the order in which its pixels fired in; what comes out of the camera, with its times, out.
+        """Pass a chunk of events through the readout.
 
-        It may be written over the chunk that was given, where that is nobody else's: `in_place`.
+        Parameters
+        ----------
+        events : ndarray of EVENT_DTYPE, shape (n,)
+            Sorted by the times at which the pixels fired.
+        in_place : bool
+            True if the result may be written over `events`.
+
+        Returns
+        -------
+        ndarray of EVENT_DTYPE, shape (at most n,)
+            The events that are not lost, with the times at which they are read.
         """
         out = events if in_place else events.copy()
         r = self._readout
@@ -91,10 +108,10 @@ def _count_calm(
     drain: float,
     room: int,
 ) -> int:
-    """How many of the events, from the first on, `_read_rows` would pass on as they are and forget.
+    """Return how many of the first events `_read_rows` would pass on unchanged, without any effect on later events.
 
-    All but those of the last microsecond, where no microsecond has more than are read and carried away before
-    the next one, and than have waited for each other already; else none.
+    These are all events but those of the last microsecond, if no microsecond holds more events than are read and
+    carried before the next one, or than have waited for each other already; otherwise there are none.
     """
     t, n = events[:, 1], events.shape[0]
     if n == 0 or row_us > 0.0 or state[0] > t[0] or state[1] > (t[0] - state[2]) * drain:
@@ -117,9 +134,9 @@ def _read_rows(
     drain: float,
     room: int,
 ) -> int:
-    """Events' words in, those that the buffer can hold out with the time they are read at, and their number.
+    """Write the events that the buffer can hold, with the times at which they are read, to `out`; return their number.
 
-    `out` comes with a copy of the events, or is the same.
+    `out` holds a copy of the events, or is the same array.
     """
     free, held, held_at, longest, last_row, last_t = state[0], state[1], state[2], state[3], -1, -1
     kept = calm = _count_calm(events, state, row_us, event_us, drain, room)

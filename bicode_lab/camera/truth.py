@@ -1,4 +1,7 @@
-"""What really was there: kept beside the events, for those who judge the receiver, never for the receiver."""
+"""Ground truth of a simulated scene.
+
+It is used for scoring; the receiver never sees it.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,16 @@ SAMPLE_US = 1000  # a moving marker's truth is written down this often
 
 @dataclass(frozen=True, eq=False)
 class MarkerTruth:
-    """One marker of a scene at one moment.
+    """The truth about one marker of a scene at one moment.
 
     Parameters
     ----------
     payload, aruco_id : int
-        The blinked ID, and the pattern's.
+        The blinked ID and the id of the ArUco pattern.
     corners_px : ndarray, shape (4, 2)
-        Of the pattern, from its top left clockwise; nan behind the camera.
+        Corners of the pattern in the image, clockwise from its top left [px]; nan behind the camera.
     box_px : tuple of 4 floats
-        Left, top, width and height of the plate's image.
+        Left, top, width and height of the image of the plate [px].
     pose : Pose
         In camera axes.
     in_view : bool
@@ -42,12 +45,20 @@ class MarkerTruth:
 
 
 def truth_at(scene: Scene, t_us: float, clock_start_us: float = 0.0) -> list[MarkerTruth]:
-    """A scene and a moment of its recording in, the truth of every marker out.
+    """Return the truth about every marker of a scene at one moment.
 
     Parameters
     ----------
+    scene : Scene
+    t_us : float
+        Moment on the clock of the recording [us].
     clock_start_us : float
-        What the recording's clock shows at the scene's start.
+        Time on that clock when the scene starts [us].
+
+    Returns
+    -------
+    list of MarkerTruth
+        In the order of the scene's markers.
     """
     found = []
     optics = scene.optics
@@ -71,15 +82,42 @@ def truth_at(scene: Scene, t_us: float, clock_start_us: float = 0.0) -> list[Mar
 
 
 def packet_starts_us(scene: Scene, number: int, duration_us: float, clock_start_us: float = 0.0) -> Floats:
-    """A scene and a marker's number in, when its packets begin out, shape (n,) [us]."""
+    """Return the moments at which the packets of a marker begin.
+
+    Parameters
+    ----------
+    scene : Scene
+    number : int
+        Index of the marker.
+    duration_us : float
+        Length of the recording [us].
+    clock_start_us : float
+        See `truth_at`.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        [us]
+    """
     return scene.markers[number].marker.waveform.packet_starts(0, duration_us) + clock_start_us
 
 
 def truth_table(scene: Scene, duration_us: int, clock_start_us: int = 0) -> dict[str, Any]:
-    """A scene in, all its truth as plain lists and numbers out, for a file beside the recording.
+    """Return the whole truth of a scene as plain lists and numbers, for a file beside the recording.
 
-    Each marker has its IDs, its packets' times, and `samples`: moment, box, corners and
-    pose, once where nothing moves and every `SAMPLE_US` where something does.
+    Parameters
+    ----------
+    scene : Scene
+    duration_us : int
+        Length of the recording [us].
+    clock_start_us : int
+        See `truth_at`.
+
+    Returns
+    -------
+    dict
+        "t0_us", "duration_us" and "markers". Each marker has its IDs, the times of its packets, and "samples" with
+        moment, box, corners and pose: one where nothing moves, else one every `SAMPLE_US`.
     """
     moments = [0] if scene.is_still else range(0, duration_us, SAMPLE_US)
     sampled = [truth_at(scene, t + clock_start_us, clock_start_us) for t in moments]
@@ -113,7 +151,7 @@ def truth_table(scene: Scene, duration_us: int, clock_start_us: int = 0) -> dict
 
 
 def _numbers(values: npt.NDArray[np.float64], digits: int = 3) -> Any:
-    """An array in, nested lists of rounded numbers out; None for nan, so that the file is plain JSON."""
+    """Return an array as nested lists of rounded numbers, with None for nan, so that the file is plain JSON."""
     rounded = np.round(values, digits).tolist()
 
     def plain(value: Any) -> Any:

@@ -1,8 +1,8 @@
-"""What stands behind the markers: a textured wall, which makes events when the camera moves (see `wall_pixels`).
+"""A textured wall behind the markers, which makes events when the camera moves (see `wall_pixels`).
 
-The wall's image moves in steps of a quarter pixel, however long that takes, so a slow
-pan costs no more than a fast one over the same way. A pixel is only followed through a
-span of time where the texture around its path differs enough from what it was reset at.
+The image of the wall moves in steps of a quarter pixel, however long a step takes, so a slow pan costs no more than a
+fast one over the same distance. A pixel is only followed through a span of time where the texture along its path
+differs enough from the level at which the pixel was last reset.
 """
 
 from __future__ import annotations
@@ -33,12 +33,22 @@ class Wall:
 
     Parameters
     ----------
-    log_image : ndarray, shape (rows, columns), float32
-        Log of the reflectance relative to the office's mean.
+    log_image : ndarray of float32, shape (rows, columns)
+        Logarithm of the reflectance relative to the office's mean, at least 8 x 8.
     distance_m : float
-        Where it stands.
+        Distance from the origin of the world [m].
     texel_m : float
-        Side of one of its points on the wall [m].
+        Side of one point of the image on the wall [m].
+
+    Attributes
+    ----------
+    repeated : ndarray of float32, shape (rows + 2, columns + 2)
+        The image, followed by its first two rows and columns, for interpolation across the seams.
+
+    Raises
+    ------
+    ValueError
+        If the image or a size is impossible.
     """
 
     log_image: F4
@@ -59,7 +69,20 @@ class Wall:
         object.__setattr__(self, "repeated", _repeated(image))
 
     def extremes(self, views: Floats, optics: Optics) -> tuple[F4, F4]:
-        """Views of a span in; the least and the most around each point, as far as paths lead from their middle, out."""
+        """Return the extremes of the image around each point, as far as the paths of pixels lead in a span.
+
+        Parameters
+        ----------
+        views : ndarray, shape (steps, 3, 3)
+            Homographies from pixels to points of the wall during the span.
+        optics : Optics
+
+        Returns
+        -------
+        lowest, highest : ndarray of float32, shape (rows + 2, columns + 2)
+            Paths count from the middle of the span. Infinite where the paths are longer than `MAX_SHIFT_POINTS` or the
+            horizon is in view.
+        """
         corners = np.array([[x, y, 1.0] for x in (0, optics.width - 1) for y in (0, optics.height - 1)])
         points = np.einsum("kij,cj->kci", views, corners)
         way = np.full(2, np.inf)
@@ -78,7 +101,18 @@ class Wall:
         return self._extremes[rows, columns]
 
     def from_pixels(self, camera: Pose, optics: Optics) -> Floats:
-        """A camera pose in; the homography from its pixels to texels out, shape (3, 3)."""
+        """Return the homography from pixels to points of the wall.
+
+        Parameters
+        ----------
+        camera : Pose
+            In world axes.
+        optics : Optics
+
+        Returns
+        -------
+        ndarray, shape (3, 3)
+        """
         wall = Pose(position_m=np.array([0.0, 0.0, self.distance_m])).after(camera.inverse())
         to_pixels = plate_homography(wall, optics) @ np.diag([self.texel_m, self.texel_m, 1.0])
         # The world's z axis meets the picture off its middle and off the seams where it repeats.
@@ -104,7 +138,7 @@ class Wall:
 
 
 def _repeated(image: npt.NDArray[np.generic]) -> F4:
-    """An image in, the same with its first two rows and columns once more behind its last out."""
+    """Return an image followed by its first two rows and columns."""
     return np.pad(image.astype(np.float32, copy=False), [(0, 2), (0, 2)], mode="wrap")
 
 
@@ -115,21 +149,25 @@ def textured_wall(
     distance_m: float = 5.0,
     texel_m: float = 0.003,
 ) -> Wall:
-    """The name of one of scikit-image's bundled pictures in, a wall out.
+    """Make a wall from one of scikit-image's bundled pictures.
 
     Parameters
     ----------
     name : str
         For example "camera" (few edges, much sky), "coins", "brick", "gravel" (edges everywhere).
     contrast : float
-        Standard deviation of the log reflectance.
+        Standard deviation of the log reflectance, 0 or more.
     distance_m, texel_m : float
-        See `Wall`; at 3 mm and 5 m a point of the picture covers about a pixel of the paper's camera.
+        See `Wall`; at 3 mm and 5 m a point of the picture covers about one pixel of the paper's camera.
+
+    Returns
+    -------
+    Wall
 
     Raises
     ------
     ValueError
-        For a picture that is not bundled.
+        If the picture is not bundled or the contrast is negative.
     """
     bundled = ("gravel", "brick", "grass", "camera", "coins", "moon", "page", "text")
     if name not in bundled:

@@ -1,13 +1,13 @@
 """The pixels that see the wall while the camera moves: nearly all of the sensor, nearly all the time.
 
-They answer to light as all pixels do. What is done for speed, and changes nothing else:
+They respond to light as all pixels do. The following saves time and changes nothing else:
 
-- A pixel is left skipped through a span where no point of the texture that it passes, with the most noise
-  that it gets there, can bring it to a threshold. Its level is made up for when it wakes.
-- The pixels that are active go through a stretch side by side: light, noise and low-pass are loops
-  without a branch, which the compiler makes of wide instructions (see `pixel_steps`).
-- Only those few whose aim is beyond a threshold, or that are in reset, can do anything but follow
-  their light; they are taken out and go through the stretch as the pixels of a marker do.
+- A pixel is skipped in a span where no point of the texture along its path, with the largest noise that it gets there,
+  can bring it to a threshold. Its level is computed later, when it is needed.
+- The active pixels go through a stretch side by side: light, noise and low-pass are loops without a branch, which the
+  compiler turns into wide instructions (see `pixel_steps`).
+- Only the few pixels whose aim is beyond a threshold, or that are in reset, can do anything but follow their light.
+  They are taken out and go through the stretch as the pixels of a marker do.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ Flags = npt.NDArray[np.bool_]
 
 @njit(cache=True, error_model="numpy")
 def find_places(shape: tuple[int, int], h: Floats, many: int, lanes: F8, at: I8) -> None:
-    """The first `many` pixels, their `X` and `Y`, in; the point of the wall that each looks at out.
+    """Find the points of the wall that the first `many` pixels, given by their `X` and `Y`, look at.
 
-    `at` is filled with its number in the repeated image, `RIGHT` and `DOWN` with how far the place looked
-    at is from it, 0 .. 1, `SEEN` with 1, or 0 where the wall is not on the line of sight.
+    `at` is filled with the number of each point in the repeated image, `RIGHT` and `DOWN` with the distance of the
+    place from that point, 0 .. 1, and `SEEN` with 1, or with 0 where the line of sight does not meet the wall.
     """
     n_rows, n_columns = float(shape[0] - 2), float(shape[1] - 2)
     per_row, per_column, stride = 1.0 / n_rows, 1.0 / n_columns, shape[1]
@@ -70,9 +70,9 @@ def find_places(shape: tuple[int, int], h: Floats, many: int, lanes: F8, at: I8)
 
 @njit(cache=True, error_model="numpy")
 def read_places(image: F4, many: int, lanes: F8, at: I8, base: float) -> None:
-    """What `find_places` found in; `LIGHT` is filled with `base` and the image between its four nearest points.
+    """Fill `LIGHT` with `base` plus the image, interpolated between the four points that `find_places` has found.
 
-    The image is repeated without end: it comes with its first two rows and columns once more behind its last.
+    The image is repeated without end: its first two rows and columns follow once more after its last.
     """
     flat, stride = image.ravel(), image.shape[1]
     for i in range(many):
@@ -86,7 +86,22 @@ def read_places(image: F4, many: int, lanes: F8, at: I8, base: float) -> None:
 
 @njit(cache=True, error_model="numpy")
 def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
-    """Pixels in; `base` and the image that a homography finds at each out."""
+    """Return `base` plus the image at the places that pixels look at.
+
+    Parameters
+    ----------
+    image : ndarray of float32, shape (rows + 2, columns + 2)
+        See `Wall.repeated`.
+    h : ndarray, shape (3, 3)
+        Homography from pixels to points of the image.
+    base : float
+    x, y : ndarray of float64, shape (n,)
+        Pixels [px].
+
+    Returns
+    -------
+    ndarray of float32, shape (n,)
+    """
     light = np.empty(x.size, np.float32)
     lanes, at = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(0, x.size, SIDE_BY_SIDE):
@@ -106,9 +121,9 @@ def _select(
     middle: Floats, start_us: float, moments: I8, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
     seed: np.uint64, noise: float, active: I8, waiting: int, lanes: F8, at: I8, keys: U8,
 ) -> tuple[int, int]:  # fmt: skip
-    """Put `many` pixels from `lead` on to sleep or wake them; those active are added to a list of `waiting` ones.
+    """Decide whether `many` pixels from `lead` on are skipped; add the active ones to a list of `waiting` ones.
 
-    How many wait then comes back, and how many of the new ones were skipped; those are listed in `at`.
+    Returns the length of the list, and how many of the new ones were skipped before; `at` lists those.
     """
     for i in range(many):
         y = np.floor((lead + i + 0.5) / width)
@@ -151,9 +166,9 @@ def _select(
 @njit(cache=True, error_model="numpy")
 def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: float, tau_us: float,
             lanes: F8, turn: I8) -> int:  # fmt: skip
-    """The first `many` pixels through one stretch, in which they see `LIGHT`, as if none could fire.
+    """Run the first `many` pixels, which see `LIGHT`, through one stretch as if none could fire.
 
-    `turn` is filled with those that may, which are left as they were, or are in reset; their number comes back.
+    Pixels that may fire, or are in reset, are left as they were. `turn` is filled with them; their number is returned.
     """
     took, n = end - start, 0
     for i in range(many):
@@ -176,7 +191,7 @@ def _catch_up(
     resumed: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, edges: F8, moments: I8,
     seed: np.uint64, noise: float, tau_us: float, lanes: F8, at: I8, keys: U8, turn: I8, level: F4,
 ) -> None:  # fmt: skip
-    """Pixels in `at` that have slept: their level is what the last stretches before this span have made it."""
+    """Bring the skipped pixels in `at` up to date: compute their level from the last stretches before this span."""
     for j in range(resumed):
         keys[j], lanes[X + j], lanes[Y + j] = noise_key(seed, at[j]), at[j] % width, at[j] // width
         lanes[REFERENCE + j], lanes[FREE + j], lanes[ON + j], lanes[OFF + j] = at[j], -np.inf, np.inf, np.inf
@@ -195,7 +210,7 @@ def _fire(
     n: int, turn: I8, start: float, end: float, keys: U8, moment: int, noise: float, refractory_us: float,
     delay_on: float, delay_off: float, active: I8, lanes: F8, room: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
-    """The `n` pixels that `_follow` has listed through their stretch, as pixels before a marker go through theirs."""
+    """Run the `n` pixels that `_follow` has listed through their stretch, as the pixels of a marker are run."""
     columns = room[: 14 * SIDE_BY_SIDE].reshape(14, SIDE_BY_SIDE)
     light, rate, v, ref, free, on, off = columns[5:12]
     few_keys, places = columns[12].view(np.uint64), columns[13].view(np.int64)
@@ -222,24 +237,26 @@ def fire_wall_pixels(
     seed: np.uint64, noise: float, tau_us: float, refractory_us: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Every pixel that no marker lights through a span of time in which the camera moves.
+    """Run every pixel that no marker lights through a span of time in which the camera moves.
 
-    Parameters as for `sensor.fire_lit_pixels`, and
+    Parameters and results are those of `pixels.fire_lit_pixels`, and
 
+    Parameters
+    ----------
     taken : ndarray of bool, shape (height * width,)
         Pixels that a marker lights; they are left out.
     skipped : ndarray of bool, shape (height * width,)
-        Pixels whose level is not kept up.
+        Pixels whose level is not up to date; it is changed.
     image : ndarray, shape (rows + 2, columns + 2)
-        Log reflectance of the wall, see `read_places`.
-    lowest, highest : ndarray, shape (rows, columns)
-        Extremes of it around each point, as far as a pixel's path through the span leads from its middle.
+        Log reflectance of the wall, see `Wall.repeated`.
+    lowest, highest : ndarray, shape (rows + 2, columns + 2)
+        See `Wall.extremes`.
     log_ambient : float
         Log signal of reflectance 1.
     before : tuple of `from_pixels`, `edges` and `moments`
         The last stretches before this span, long enough for a pixel to forget what was before them.
     from_pixels : ndarray, shape (stretches, 3, 3)
-        The homography to the wall's points in each stretch.
+        Homography to the points of the wall in each stretch.
     """
     most, stretches = max_events(edges, refractory_us), from_pixels.shape[0]
     lanes, at, turn = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64), np.empty(SIDE_BY_SIDE, np.int64)
