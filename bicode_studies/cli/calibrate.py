@@ -1,4 +1,4 @@
-"""``bicode calibrate``: candidates for the free constants, and how each fits Fig. 8, the best first."""
+"""``bicode calibrate``: try candidates for the free constants and print how well each fits Fig. 8."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ STORE = "build/calibration.sqlite"
 
 
 @click.command(name="calibrate")
-@click.option("--draws", type=click.IntRange(min=1), default=DRAWS, show_default=True, help="Candidates at first.")
+@click.option("--draws", type=click.IntRange(min=1), default=DRAWS, show_default=True, help="Candidates of the first round.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Candidates at a time  [default: BICODE_JOBS, or the cores]")
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), help=f"Table of all candidates  [default: {TABLE}]"
 )
-@click.option("--only-current", is_flag=True, help="Try only what bicode_lab/constants.csv has now.")
-@click.option("--beyond", is_flag=True, help="Fit what Fig. 8 cannot see, each constant to its one claim.")
+@click.option("--only-current", is_flag=True, help="Try only the constants in bicode_lab/constants.csv.")
+@click.option("--beyond", is_flag=True, help="Fit the constants that Fig. 8 does not determine.")
 def calibrate_command(draws: int, jobs: int | None, out: Path | None, only_current: bool, beyond: bool) -> int:
     """Fit the free constants to Fig. 8: try candidates on the cells that its claims are about.
 
-    Nothing is written but the table; the constants in use are those of bicode_lab/constants.csv. It takes a quarter of
-    an hour on two cores; stopped, it goes on where it was. When the file has its constants, --beyond fits the others.
+    Only the table of candidates is written; the constants in use are those of bicode_lab/constants.csv. A run takes a
+    quarter of an hour on two cores. If it is stopped, the same command continues where it was. After the constants are
+    in the file, --beyond fits those that Fig. 8 does not determine, each to one other claim.
     """
     if beyond:
         for name in (*WANTED, "processing_mev_per_s"):

@@ -14,15 +14,24 @@ from bicode_studies.repository import results_folder
 from bicode_studies.robustness.false_ids import RECEIVERS, add_up, clutter_trials, count_ids, count_piece, rates
 from bicode_studies.sweep.sweep import sweep_to_csv
 
+HOURS = 3.0
+
 
 @click.command(name="false-ids")
 @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--hours", type=Real(), default=3.0, show_default=True, help="Hours of clutter.")
-@click.option("--receiver", type=click.Choice([*RECEIVERS, "both"]), default="both", show_default=True)
+@click.option("--hours", type=Real(), default=HOURS, show_default=True, help="Hours of clutter.")
+@click.option(
+    "--receiver",
+    type=click.Choice([*RECEIVERS, "both"]),
+    default="both",
+    show_default=True,
+    help="Receiver that reads.",
+)
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Table  [default: results/false_ids.csv, for FILES results/false_ids_real.csv]",
+    help="Table  [default: results/false_ids.csv, for FILES results/false_ids_real.csv; with fewer hours or one "
+    "receiver results/quick/false_ids.csv]",
 )
 @parallel_options
 def false_ids(
@@ -47,7 +56,7 @@ def false_ids(
         path.parent.mkdir(parents=True, exist_ok=True)
         table.to_csv(path, index=False, lineterminator="\n")
     else:
-        path = out or results_folder() / "false_ids.csv"
+        path = out or results_folder(quick=hours < HOURS or receiver != "both") / "false_ids.csv"
         trials = clutter_trials(hours, receivers)
         try:
             table = sweep_to_csv(count_piece, trials, path, jobs=jobs, cluster=cluster, store=store)

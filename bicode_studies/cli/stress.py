@@ -14,20 +14,26 @@ from bicode_studies.robustness.stressors import stress as stress_trial
 from bicode_studies.robustness.stressors import stress_conditions, stress_curves
 from bicode_studies.sweep.sweep import sweep_to_csv
 
+SEEDS = 20
+
 
 @click.command()
-@click.option("--seeds", type=click.IntRange(1), default=20, show_default=True, help="Recordings of each condition.")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Table  [default: results/stress.csv]")
+@click.option("--seeds", type=click.IntRange(1), default=SEEDS, show_default=True, help="Recordings of each condition.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Table  [default: results/stress.csv, with fewer seeds results/quick/stress.csv]",
+)
 @parallel_options
 def stress(seeds: int, out: Path | None, jobs: int | None, cluster: str | None, store: Path | None) -> None:
     """Lose, add, shift and saturate events, move away, and count the periods that each receiver still reads.
 
     Each finished trial is kept at once. If a run is stopped, the same command continues where it was; trials of
-    changed code are run again. The table is written at the end. Recordings have seeds 0, 1, 2, ...: with fewer
-    --seeds, the first recordings of each condition are taken.
+    changed code are run again. The table is written at the end. Recordings have seeds 0, 1, 2, ..., so
+    that fewer --seeds are the first recordings of each condition.
     """
     trials = [(condition, seed) for seed in range(seeds) for condition in stress_conditions()]
-    path = out or results_folder() / "stress.csv"
+    path = out or results_folder(quick=seeds < SEEDS) / "stress.csv"
     try:
         table = sweep_to_csv(stress_trial, trials, path, jobs=jobs, cluster=cluster, store=store)
     except RuntimeError as error:

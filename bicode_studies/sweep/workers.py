@@ -112,7 +112,7 @@ class LocalWorkers:
 
     def _new_pool(self) -> ProcessPoolExecutor:
         """Start as many new processes."""
-        return ProcessPoolExecutor(self.at_once, initializer=_settle, initargs=(os.getpid(),), env=ONE_THREAD)
+        return ProcessPoolExecutor(self.at_once, initializer=_prepare_process, initargs=(os.getpid(),), env=ONE_THREAD)
 
     def submit(self, task: Task, trial: Trial) -> Future[Outcome]:
         """Have a trial run; where a worker has died, in new processes."""
@@ -278,16 +278,16 @@ def default_jobs() -> int:
     return int(named)
 
 
-def _settle(parent: int) -> None:
+def _prepare_process(parent: int) -> None:
     """Prepare a new process: leave Ctrl-C to the parent, use one core, and end when the parent has ended."""
     import cv2
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
 
 
-def _end_with(parent: int) -> None:
+def _watch_parent(parent: int) -> None:
     """End this process when its parent is another than it was."""
     while os.getppid() == parent:
         time.sleep(POLL_S)

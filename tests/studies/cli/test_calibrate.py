@@ -1,4 +1,4 @@
-"""``bicode calibrate``: what is tried, printed and written, with cells that cost nothing."""
+"""``bicode calibrate`` tries, prints and writes candidates; the trials take no time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Calibrate = Callable[..., tuple[object, str, str]]
 
 @pytest.fixture
 def tried(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[Candidate, int]]:
-    """What was tried: candidates and blocks of seeds; the sharper the lens, the better."""
+    """Return what was tried, candidates and blocks of seeds; the sharper the lens, the better the fit."""
     asked: list[tuple[Candidate, int]] = []
 
     def run(_: object, trials: list[tuple[Candidate, int]], store: Path, **__: object) -> Sweep:
@@ -41,7 +41,7 @@ def tried(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[Candida
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Calibrate:
-    """A function: words typed after ``bicode calibrate`` in; (exit code, stdout, stderr) out."""
+    """Return a function that runs ``bicode calibrate`` with some words and returns (exit code, stdout, stderr)."""
 
     def calibrate(*words: str) -> tuple[object, str, str]:
         with pytest.raises(SystemExit) as ended:

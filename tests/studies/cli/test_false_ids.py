@@ -12,6 +12,8 @@ from bicode_studies.cli.main import main
 from bicode_studies.robustness import false_ids as module
 from tests.studies.sweep import cheap_trials
 
+ROOT = Path(__file__).resolve().parents[3]
+
 
 def run(*words: str) -> object:
     with pytest.raises(SystemExit) as ended:
@@ -76,3 +78,17 @@ def test_a_piece_that_fails_leaves_no_table(
     assert run("--hours", "0.01", "--out", str(out), "--store", str(tmp_path / "s.sqlite"), "--jobs", "1") == 1
     assert "4 trials failed and are not kept" in capsys.readouterr().err
     assert not out.exists()
+
+
+def test_fewer_hours_do_not_replace_the_whole_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[Path] = []
+
+    def to_csv(function: object, trials: object, path: Path, **options: object) -> pd.DataFrame:
+        written.append(path)
+        return pd.read_csv(ROOT / "results" / "false_ids.csv")
+
+    monkeypatch.setattr(command, "sweep_to_csv", to_csv)
+    monkeypatch.setattr("bicode_studies.repository.repository_root", lambda: tmp_path)
+    assert run() == run("--hours", "1") == run("--receiver", "soft") == 0
+    full, short = tmp_path / "results" / "false_ids.csv", tmp_path / "results" / "quick" / "false_ids.csv"
+    assert written == [full, short, short]

@@ -50,3 +50,16 @@ def test_trials_that_fail_are_one_line(
     assert "50 trials failed and are not kept" in capsys.readouterr().err
     assert not out.exists()
     assert run("--seeds", "0") == 2
+
+
+def test_fewer_seeds_do_not_replace_the_whole_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[Path] = []
+
+    def to_csv(function: object, trials: object, path: Path, **options: object) -> pd.DataFrame:
+        written.append(path)
+        return pd.DataFrame(row for trial in trials for row in cheap_trials.count_periods(*trial))  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(command, "sweep_to_csv", to_csv)
+    monkeypatch.setattr("bicode_studies.repository.repository_root", lambda: tmp_path)
+    assert run() == run("--seeds", "2") == 0
+    assert written == [tmp_path / "results" / "stress.csv", tmp_path / "results" / "quick" / "stress.csv"]
