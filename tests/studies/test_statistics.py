@@ -42,6 +42,12 @@ def test_wilson_holds_the_share_and_is_the_same_seen_from_the_other_side(counted
     assert wilson(n - right, n) == (pytest.approx(1 - high), pytest.approx(1 - low))
 
 
+def test_without_a_right_or_a_wrong_result_an_end_is_exact() -> None:
+    n = np.arange(1, 500)
+    assert (wilson(0 * n, n)[0] == 0).all()
+    assert (wilson(n, n)[1] == 1).all()
+
+
 def test_wilson_of_arrays_is_that_of_each_element() -> None:
     right, n = np.array([[0, 3], [10, 20]]), np.array([[20, 20], [10, 200]])
     low, high = wilson(right, n)
@@ -89,6 +95,13 @@ def test_each_condition_has_its_own_row() -> None:
     assert 0.97 < near["low"] < 1  # 200 of 200
     assert far["accuracy"] == 0.5  # the mean of the seeds, 1 and 0, not of their periods
     assert (far["seeds"], far["periods"], far["low"], far["high"]) == (2, 200, 0, 1)
+
+
+def test_the_interval_of_a_condition_is_the_same_every_time() -> None:
+    table = pd.DataFrame({"distance_m": 1.0, "periods": 10, "id_right": [1, 2, 5, 7, 10, 10, 3]})
+    first, again = over_seeds(table, ["distance_m"]), over_seeds(table, ["distance_m"])
+    assert first.equals(again)
+    assert (first["low"] < first["accuracy"]).all()
 
 
 def test_a_table_without_periods_has_no_rows() -> None:
