@@ -1,4 +1,4 @@
-"""The whole link: marker -> camera -> receiver, judged period by period."""
+"""Tests of the whole link from marker over camera to receiver, scored period by period."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ FOCAL_PX = 1646.09
 
 
 def some_scene(distance_m: float, rng: np.random.Generator) -> Scene:
-    """The default marker with a payload, a phase and a sub-pixel place of its own."""
+    """Return the default marker with a payload, a phase and a sub-pixel place of its own."""
     marker = Marker(payload=int(rng.integers(256)), phase_us=float(rng.uniform(0, 14_000)))
     x, y = rng.uniform(-0.5, 0.5, 2) * distance_m / FOCAL_PX
     return Scene(markers=(PlacedMarker(marker=marker, path=Still(Pose.facing(distance_m, x_m=x, y_m=y))),))
 
 
 def judged(scene: Scene, n_periods: int, rng: np.random.Generator) -> pd.DataFrame:
-    """A scene, simulated, read and scored; the receiver sees the events and nothing else."""
+    """Record, decode and score a scene; the receiver sees nothing but the events."""
     chunks = Recorder(scene, n_periods * PERIOD_US * 1e-6, rng)
     sightings = recognise(chunks, ReceiverSettings(), t0_us=0)
     return score(sightings, lambda t_us: truth_at(scene, t_us), Periods(start_us=0, count=n_periods))
@@ -53,7 +53,7 @@ def test_marker_2d_is_right_in_95_percent_of_periods_at_1_m() -> None:
 
 
 def five_markers(rng: np.random.Generator) -> Scene:
-    """Five markers with IDs, patterns, phases and clocks of their own, 1 .. 8 m away."""
+    """Return a scene of five markers with IDs, patterns, phases and clocks of their own, 1 .. 8 m away."""
     payloads = rng.choice(256, 5, replace=False)
     places = [(1, -0.25, 0.1), (2, -0.2, -0.2), (3.5, 0.3, 0.25), (5, 0.9, -0.6), (8, -1.6, 0.8)]
     markers = []

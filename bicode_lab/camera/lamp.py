@@ -18,7 +18,7 @@ from bicode_lab.camera.motion import Floats, Pose, Still, Trajectory
 from bicode_lab.camera.optics import Light, Optics, ambient_signal
 from bicode_lab.camera.plate_image import Image, reach_px
 
-SINE_STEPS = 40  # a smooth ripple is drawn as this many levels a cycle: 250 us at 100 Hz
+SINE_STEPS = 40  # a smooth ripple is drawn as this many levels per cycle: 250 us at 100 Hz
 
 
 class Waveform(Protocol):

@@ -45,7 +45,7 @@ def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Gener
     synthetic = iter(Recorder(quiet, MAX_DURATION_S, rng))
     held = no_events()
     start_us: int | None = None
-    drawn_us = 0  # the scene is drawn up to here
+    drawn_us = 0  # the scene is recorded up to here
     for chunk in background:
         if not chunk.size:
             continue

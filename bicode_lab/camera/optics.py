@@ -17,7 +17,7 @@ from bicode_lab.constants import constant
 
 IR88_TRANSMITTANCE = 0.8  # of the IR88 filter at 940 nm, and next to nothing of visible light (III-A)
 REFERENCE_LUX = 350.0  # the paper's office (IV-A)
-OFFICE_INFRARED_SHARE = 0.02  # what lamps of an office add beyond the visible, relative to it; assumption
+OFFICE_INFRARED_SHARE = 0.02  # light of office lamps beyond the visible, relative to the visible; assumption
 REFERENCE_F_NUMBER = 5.6  # the lens with red LEDs (III-B)
 
 
@@ -166,7 +166,7 @@ def ambient_signal(light: Light, optics: Optics) -> float:
     share = light.infrared_share
     seen = IR88_TRANSMITTANCE * share if optics.infrared_filter else 1 + share
     opening = (REFERENCE_F_NUMBER / optics.f_number) ** 2
-    # 1 for the paper's office by definition, its lamps' little infrared included.
+    # By definition 1 for the paper's office, with the little infrared light of its lamps.
     return light.illuminance_lux / REFERENCE_LUX * seen / (1 + OFFICE_INFRARED_SHARE) * opening
 
 

@@ -134,14 +134,14 @@ class Patch:
             See `pixels.fire_lit_pixels`.
         """
         start, end = float(cuts[0]), float(cuts[-1])
-        # From a packet ahead of the span on: each holds an edge, so the one that began the first stretch is there.
+        # Each packet holds an edge, so steps from one packet before the span on include the edge that began its light.
         steps = [wave.steps(start - wave.packet_us, end) for wave in self.waveforms]
         edges = np.unique(np.concatenate([cuts, *[times[times > start] for times, _ in steps]]))
         middles = (edges[:-1] + edges[1:]) / 2
         last = [np.searchsorted(times, middles, side="right") - 1 for times, _ in steps]
         levels = np.stack([lv[k] for (_, lv), k in zip(steps, last, strict=True)], axis=1)
         maps = np.minimum(np.searchsorted(cuts, middles, side="right") - 1, self.ambient.shape[0] - 1)
-        # A stretch that only goes on from the span before keeps the noise of the moment it began.
+        # A stretch that continues from the span before keeps the noise of the moment at which it began.
         began = np.stack([times[k] for (times, _), k in zip(steps, last, strict=True)]).max(0)
         if self.ambient.shape[0] > 1:
             began = np.maximum(began, cuts[maps])

@@ -22,9 +22,9 @@ U8 = npt.NDArray[np.uint64]
 LOG2_E = 1.4426950408889634
 LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 MAX_EVENTS_PER_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
-MAX_TIME_CONSTANTS = 600.0  # a stretch of more is at its aim long before its end
-# Of pixels side by side: seven columns in one array, at distances that the compiler knows, or it would have to
-# make sure in vain that they do not overlap. The distance is no multiple of 4 kB, which would share cache lines.
+MAX_TIME_CONSTANTS = 600.0  # in a longer stretch the level reaches its aim long before the end
+# Pixels side by side have seven columns in one array, at distances that the compiler knows; otherwise it would have to
+# check that they do not overlap. The distance is no multiple of 4 kB, which would make columns share cache lines.
 MAX_LANES = 1320
 OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MAX_LANES for k in range(7))
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
@@ -140,7 +140,7 @@ def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[i
         rises = ref_off < 0.0
         short = ref_off + on if rises else ref_off - off
         share = short / off_aim
-        is_ahead = (share > 0.0) & (share < 1.0)  # else the level is there already
+        is_ahead = (share > 0.0) & (share < 1.0)  # else the level has passed the threshold already
         share = share if is_ahead else 1.0
         after = rest * share  # what is left of the stretch then
         fires = ((short if rises else -short) < 0.0) & (after > 1.0) & (kept > 0.0)
@@ -214,7 +214,7 @@ def fire_stretch(
     more = _begin(many, start, end, rate, free, lanes)
     while more:
         more, count = _cross_once(many, lanes, pixels, times, count)
-    who, when = pixels[before:count], times[before:count]  # counted from 0, or no wide instructions
+    who, when = pixels[before:count], times[before:count]  # indices from 0 allow wide instructions
     for j in range(when.size):
         when[j] = fast_log(abs(when[j]))
     for j in range(when.size):

@@ -21,7 +21,7 @@ from bicode_lab.constants import constant
 from bicode_lab.kernels import njit
 
 SMALLEST_THRESHOLD = 0.05
-NOISE_REACH = 3.47  # the noise drawn here never exceeds this many standard deviations
+NOISE_REACH = 3.47  # largest magnitude of `noise_from`, in standard deviations
 SIDE_BY_SIDE = 256  # pixels; their state fits into the first level cache
 
 
@@ -176,10 +176,10 @@ def fire_lit_pixels(
     stretches, markers = levels.shape
     most = max_events(edges, refractory_us)
     room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MAX_LANES)
-    signal, light, rate, v, ref, free, on, off = (  # apart one by one: no loop over rows of `a, b = room` is wide
+    signal, light, rate, v, ref, free, on, off = (  # one by one: loops over rows of `a, b = room` do not become wide
         room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8]
     )  # fmt: skip
-    shone = np.empty((4, SIDE_BY_SIDE))  # light and rate of the last two stretches: an LED goes to and fro
+    shone = np.empty((4, SIDE_BY_SIDE))  # light and rate of the last two stretches, since an LED alternates
     is_new = np.abs(maps[2:] - maps[:-2]) + np.abs(levels[2:] - levels[:-2]).sum(1) > 0
     keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(first, index.size, SIDE_BY_SIDE):
@@ -250,7 +250,7 @@ def sort_by_time(pixels: U4, times: F8, count: int, start_us: int, end_us: int, 
         at[b + 1] += at[b]
     for i in range(count):
         t = int(times[i]) - start_us
-        if t < span:  # an event is half as long here, so more of them are near
+        if t < span:  # an event takes half as many bytes here, so more of them are in the cache
             order[at[t]] = np.int64(pixels[i]) | (t << 32)
             at[t] += 1
         else:
@@ -259,7 +259,7 @@ def sort_by_time(pixels: U4, times: F8, count: int, start_us: int, end_us: int, 
     flat, per_row = words.reshape(-1), 1.0 / width
     for j in range(at[span]):
         where = (order[j] & 0xFFFFFFFF) >> 1
-        y = int((where + 0.5) * per_row)  # a whole division takes ten times as long
+        y = int((where + 0.5) * per_row)  # an integer division takes ten times as long
         flat[2 * j] = (where - y * width) | (y << 16) | ((order[j] & 1) << 32)
         flat[2 * j + 1] = start_us + (order[j] >> 32)
     return int(at[span])

@@ -22,7 +22,7 @@ from bicode_lab.marker import Board, Marker
 
 Image = npt.NDArray[np.float32]
 
-SHAPE_TOLERANCE = 0.02  # a template still_fits until a side of the plate has changed by this share
+SHAPE_TOLERANCE = 0.02  # a template is drawn anew when a side of the plate has changed by this share
 EDGE_LOBE = 5  # side faces shine as cos^5 off their normal: half at 30 deg, as bullet LEDs do; assumption
 HALO_REACH = 3.0  # the halo is drawn out to this many of its standard deviations
 

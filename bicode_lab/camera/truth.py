@@ -15,7 +15,7 @@ from bicode_lab.camera.motion import Floats, Pose
 from bicode_lab.camera.plate_image import image_corners
 from bicode_lab.camera.scene import Scene
 
-SAMPLE_US = 1000  # a moving marker's truth is written down this often
+SAMPLE_US = 1000  # interval between samples of a moving marker's truth
 
 
 @dataclass(frozen=True, eq=False)

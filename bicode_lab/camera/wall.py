@@ -24,7 +24,7 @@ from bicode_lab.camera.wall_pixels import NEAREST_HORIZON, look_up
 
 MIN_POINTS = 8  # smallest side of a wall's image
 SMOOTHING_POINTS = 1.0  # standard deviation of the smoothing of a bundled picture
-MAX_SHIFT_POINTS = 16  # points of way beyond which no pixel is left skipped
+MAX_SHIFT_POINTS = 16  # with longer paths, in points of the wall, no pixel is skipped
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,9 +89,9 @@ class Wall:
         if (points[..., 2] >= NEAREST_HORIZON).all():
             places = points[..., :2] / points[..., 2:]
             way = np.abs(places - places[len(views) // 2]).max((0, 1))
-        if way.max() > MAX_SHIFT_POINTS:  # or the horizon is in sight
+        if way.max() > MAX_SHIFT_POINTS:  # or the horizon is in view
             return np.full_like(self.repeated, -np.inf), np.full_like(self.repeated, np.inf)
-        # A point is read together with its next; and a path within the picture may lead farther than its corners'.
+        # A point is interpolated with the next one, and a path inside the image may be longer than at its corners.
         columns, rows = (2 * int(np.ceil(1.1 * w + 1)) + 1 for w in way)
         if (rows, columns) not in self._extremes:
             around, wide = np.ones((rows, columns), np.uint8), [(rows // 2, rows // 2), (columns // 2, columns // 2)]
@@ -115,7 +115,7 @@ class Wall:
         """
         wall = Pose(position_m=np.array([0.0, 0.0, self.distance_m])).after(camera.inverse())
         to_pixels = plate_homography(wall, optics) @ np.diag([self.texel_m, self.texel_m, 1.0])
-        # The world's z axis meets the picture off its middle and off the seams where it repeats.
+        # The world's z axis meets the image neither in its middle nor on a seam where it repeats.
         middle = np.array([[1, 0, self.log_image.shape[1] / 3], [0, 1, self.log_image.shape[0] / 3], [0, 0, 1.0]])
         return np.asarray(middle @ np.linalg.inv(to_pixels))
 

@@ -33,10 +33,10 @@ from bicode_lab.camera.pixel_steps import (
 from bicode_lab.camera.pixels import NOISE_REACH
 from bicode_lab.kernels import njit
 
-NEAREST_HORIZON = 1e-6  # 1 / depth [1/m] below which a line of sight is taken to miss the wall
-ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel that comes so near to its threshold is followed
+NEAREST_HORIZON = 1e-6  # 1 / depth [1/m]; below it, a line of sight counts as missing the wall
+ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel this close to its threshold is active
 SIDE_BY_SIDE = 512  # pixels; a whole number of wide instructions
-# Columns of the pixels active in one array, at distances that the compiler knows (see `pixel_steps`).
+# Columns of the active pixels in one array, at distances that the compiler knows (see `pixel_steps`).
 DISTANCE = SIDE_BY_SIDE + 24
 X, Y, LEVEL, REFERENCE, FREE, ON, OFF, RIGHT, DOWN, SEEN, LIGHT, RATE, AIM, BUSY = (k * DISTANCE for k in range(14))
 COLUMNS = 14
@@ -134,7 +134,7 @@ def _select(
     for i in range(many):
         k = np.uint64(at[i])
         lanes[LEVEL + i], lanes[LIGHT + i], lanes[REFERENCE + i] = least[k], most[k], ref[i] - log_ambient
-    for i in range(many):  # how far noise may go up and down; not at all where the wall is not in view
+    for i in range(many):  # largest noise without an event, up and down; none where the wall is not in view
         lanes[ON + i] = on[i] - (lanes[LIGHT + i] - lanes[REFERENCE + i]) - ROUNDING if lanes[SEEN + i] > 0.0 else -1.0
         lanes[OFF + i] = off[i] - (lanes[REFERENCE + i] - lanes[LEVEL + i]) - ROUNDING
     for i in range(many):
@@ -148,7 +148,7 @@ def _select(
     for j in range(n):
         i, lanes[AIM + j], lanes[RATE + j] = at[j], 0.0, 0.0
         keys[j], lanes[DOWN + j] = noise_key(seed, lead + i), lanes[OFF + i]
-        lanes[RIGHT + j] = -1.0 if free_us[lead + i] > start_us else lanes[ON + i]  # in reset, it is followed
+        lanes[RIGHT + j] = -1.0 if free_us[lead + i] > start_us else lanes[ON + i]  # active while in reset
     for moment in moments:
         for j in range(n):
             z = noise_from(keys[j], moment)

@@ -268,7 +268,7 @@ def outlines(cells: npt.NDArray[np.uint8]) -> list[list[tuple[int, int]]]:
             if not ahead[loop[-1]]:
                 del ahead[loop[-1]]
             loop.append(following)
-        loop.pop()  # the first again
+        loop.pop()  # the last corner is the first one again
         kept = [b for a, b, c in zip(loop[-1:] + loop[:-1], loop, loop[1:] + loop[:1], strict=True)
                 if (b[0] - a[0]) * (c[1] - b[1]) != (b[1] - a[1]) * (c[0] - b[0])]  # fmt: skip
         loops.append(kept)

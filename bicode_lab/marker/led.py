@@ -123,7 +123,7 @@ class LedWaveform:
         levels : ndarray of float64, shape (n,)
             Level of the light from each of these moments on, 0 dark .. 1 full.
         """
-        # One chip more on the left: the edge before the span may still be rising into it.
+        # One chip more on the left: the edge before the span may still be rising when the span begins.
         first = int(np.floor((start_us - self.phase_us) / self.chip_us)) - 2
         last = int(np.ceil((end_us - self.phase_us) / self.chip_us)) + 1
         chips = encode_packet(self.payload, self.packet_format)

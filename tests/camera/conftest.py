@@ -1,4 +1,4 @@
-"""A first call compiles the kernels, and machines are busy: no example is judged by the clock."""
+"""Run the tests of the camera without time limits, because a first call compiles the kernels."""
 
 import sys
 from pathlib import Path

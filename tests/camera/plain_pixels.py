@@ -1,10 +1,10 @@
-"""What the camera's pixels do, one pixel and one crossing after the other, in plain Python: the kernels' oracle."""
+"""An oracle for the kernels: pixels followed one by one, crossing by crossing, in plain Python."""
 
 import math
 
 
 def follow(light, model, edges, noise, level, reference, free, on, off):
-    """One pixel through stretches of constant light.
+    """Follow one pixel through stretches of constant light.
 
     A pixel's level follows the log of its light, and noise, through a first-order low-pass whose time constant
     falls as one over the light. Where it is a threshold away from its reference, it fires and is in reset for

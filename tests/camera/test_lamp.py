@@ -1,4 +1,4 @@
-"""Lamps: their light in time, their image, the events they make."""
+"""Tests of lamps: their light over time, their image, and the events that they make."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A marker among somebody else's events: each of them is kept, in order, with the clock they came with."""
+"""Tests of a marker in another recording: each event of both is kept, in order, with the recording's clock."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ SCENE = Scene(
 
 
 def a_recording(n, span_us, start_us=0, seed=0):
-    """So many events at random on the small sensor, the first and the last at the ends of the span."""
+    """Return events at random on the small sensor, the first and the last at the ends of the span."""
     rng = np.random.default_rng(seed)
     t = start_us + np.sort(rng.integers(0, span_us + 1, n))
     if n:
@@ -28,7 +28,7 @@ def a_recording(n, span_us, start_us=0, seed=0):
 
 
 def the_marker_alone(scene, start_us, end_us, seed):
-    """What the scene adds between two moments of the recording's clock, both included."""
+    """Return what the scene adds between two moments of the recording's clock, both included."""
     quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, hot_pixels=0))
     seconds = (end_us - start_us) * 1e-6 + 0.02
     events = np.concatenate([no_events(), *Recorder(quiet, seconds, np.random.default_rng(seed))])

@@ -1,4 +1,4 @@
-"""Poses and paths: a group of rigid motions, and the paper's pan and spin."""
+"""Tests of poses and trajectories: laws of rigid motions, and the paper's pan and spin."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The light path in numbers: OpenCV projects the same, the paper's sizes come out, ratios obey their laws."""
+"""Tests of the light path: OpenCV projects the same points, and the paper's sizes and ratios come out."""
 
 from dataclasses import replace
 

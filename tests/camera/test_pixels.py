@@ -1,4 +1,4 @@
-"""The pixel kernel against a simulation in small time steps, and its laws."""
+"""Tests of the pixel kernel against a simulation in small time steps, and of its laws."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ MASK = 2**64 - 1
 
 
 def noise_of(seed: int, pixel: int, moment: int) -> float:
-    """The noise of a pixel and a moment, in Python's own integers."""
+    """Return the noise of a pixel at a moment, computed with Python's integers."""
     z = seed ^ (pixel * 0x9E3779B97F4A7C15 & MASK) ^ (moment * 0xD1B54A32D192ED03 & MASK)
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 & MASK
     z = (z ^ (z >> 27)) * 0x94D049BB133111EB & MASK
@@ -31,7 +31,7 @@ def noise_of(seed: int, pixel: int, moment: int) -> float:
 
 
 class Drive:
-    """Random light on a row of pixels: two LEDs, three drawings of what moves, and the model's settings."""
+    """Random light on a row of pixels: two LEDs, three images of what moves, and the settings of the model."""
 
     def __init__(self, seed, n=40, stretches=30, *, noise=0.0, dead=50.0, tau=150.0, delays=(0.0, 0.0), shortest=3.0):
         rng = np.random.default_rng(seed)
@@ -50,12 +50,12 @@ class Drive:
         self.state = (level, level.copy(), np.full(100_000, -1e18), on, off)
 
     def signal(self):
-        """Light on every pixel in every stretch, shape (stretches, n)."""
+        """Return the light on every pixel in every stretch, shape (stretches, n)."""
         lit = np.einsum("km,kmn->kn", self.levels.astype(float), self.glow[self.maps].astype(float))
         return self.ambient[self.maps].astype(float) + lit
 
     def fire(self, first=0, last=None, room=1 << 23):
-        """The kernel on stretches first .. last - 1; (pixel, polarity, time) sorted by pixel, then time."""
+        """Run the kernel on stretches first .. last - 1; return (pixel, polarity, time), sorted by pixel, then time."""
         last = self.edges.size - 1 if last is None else last
         pixels, times = np.empty(room, np.uint32), np.empty(room)
         done, count = fire_lit_pixels(
@@ -67,7 +67,7 @@ class Drive:
         return in_order(pixels[:count] >> 1, pixels[:count] & 1, times[:count])
 
     def by_small_steps(self, step_us=0.05):
-        """The same pixels, all at once, in steps of time; what they do between crossings is never solved."""
+        """Simulate the same pixels in small time steps, without a closed form between crossings."""
         level, reference, _, on, off = (a[self.index].astype(float) for a in self.state)
         signal = self.signal()
         noise = np.array([[noise_of(self.seed, int(i), int(m)) for i in self.index] for m in self.moments])
@@ -98,7 +98,7 @@ class Drive:
 
 
 def in_order(pixel, polarity, time):
-    """Columns in, one structured array sorted by pixel, then time, out."""
+    """Return columns as one structured array, sorted by pixel, then time."""
     events = np.rec.fromarrays([np.asarray(pixel, int), np.asarray(polarity, int), time], names="pixel,p,t")
     return events[np.lexsort((events.t, events.pixel))]
 
@@ -232,7 +232,7 @@ def test_running_out_of_room_ends_early_and_loses_nothing():
 
 
 def blink(ratio, *, dead=0.0, blinks=6, chip_us=5000.0, threshold=0.25):
-    """One pixel under an LED that blinks; ON and OFF events of every edge out, shape (2 * blinks,)."""
+    """Return the ON and OFF events of one pixel at every edge of a blinking LED, shape (2 * blinks,)."""
     one = np.ones((1, 1), np.float32)
     stretches = 2 * blinks
     edges = np.arange(stretches + 1) * chip_us

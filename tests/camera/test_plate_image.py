@@ -1,4 +1,4 @@
-"""The image of a plate: no light lost on the way, and the same picture by an independent drawing."""
+"""Tests of the image of a plate: no light is lost, and an independent drawing gives the same picture."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ SAMPLES = 4  # points a fine pixel and direction when a plate is drawn
 
 
 def area(polygon) -> float:
-    """Corners in the image in, shape (n, 2), the area inside by the shoelace formula out [px^2]."""
+    """Return the area inside corners of shape (n, 2) by the shoelace formula [px^2]."""
     x, y = polygon.T
     return 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
 
 
 def visible_faces(board, pose, optics, edge_glow):
-    """A posed board in; (polygon in the image, luminance) of every cell and side the camera sees out."""
+    """Return (polygon in the image, luminance) of every cell and side face that the camera sees."""
     h, thick, n = board.size_m / 2, board.thickness_m, board.cells().shape[0]
     lines = np.linspace(-h, h, n + 1)
     faces = []
@@ -48,7 +48,7 @@ def visible_faces(board, pose, optics, edge_glow):
 
 
 def image_of(board, pose, optics=OPTICS, edge_glow=1.0):
-    """A posed board in, its glow and mask over all the pixels it reaches out."""
+    """Return glow and mask of a plate over all the pixels that it reaches."""
     box = plate_box(board, pose, optics)
     return read_template(make_template(board, pose, optics, edge_glow), pose, optics, box)
 
@@ -109,7 +109,7 @@ def test_the_back_of_a_plate_does_not_glow():
 
 
 def drawn_another_way(board, pose, optics, box, finer=15):
-    """Sharp image by ray casting at 15 x 15 points a pixel, scipy's Gaussians, a mean over each pixel."""
+    """Draw a sharp image by ray casting at 15 x 15 points per pixel, blur it with scipy, and average each pixel."""
     pad = int(5 * optics.halo_px if optics.halo_fraction else 6 * optics.blur_px)
     x = (np.arange((box.w + 2 * pad) * finer) + 0.5) / finer - 0.5 + box.x - pad
     y = (np.arange((box.h + 2 * pad) * finer) + 0.5) / finer - 0.5 + box.y - pad

@@ -1,4 +1,4 @@
-"""The readout against a plain queue, and what it must never do."""
+"""Tests of the readout against a plain queue, and of its laws."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from bicode_lab.events import check_events, make_events, no_events, words
 
 
 def a_burst(n, span_us, rows=40, seed=0):
-    """So many events at random over a span."""
+    """Return events at random over a span."""
     rng = np.random.default_rng(seed)
     return make_events(
         rng.integers(0, 64, n), rng.integers(0, rows, n), rng.integers(0, 2, n), np.sort(rng.integers(0, span_us, n))
@@ -19,7 +19,7 @@ def a_burst(n, span_us, rows=40, seed=0):
 
 
 def plain_queue(events, readout):
-    """Row after row, event after event, in plain Python: (which are kept, their times, the longest wait)."""
+    """Read row after row, event after event: return which events are kept, their times and the longest wait."""
     kept, times, longest = [], [], 0.0
     sensor_free = 0.0
     buffer, buffer_time = 0.0, 0.0

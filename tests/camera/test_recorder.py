@@ -1,4 +1,4 @@
-"""Whole scenes: what must not matter does not, and the statistics are those that were asked for."""
+"""Tests of whole scenes: what must not matter does not matter, and the statistics are those of the settings."""
 
 import sys
 from dataclasses import dataclass, field, replace
@@ -36,32 +36,32 @@ LIGHT = Light(led_to_ambient=1.43)
 
 
 def scene(*placed, **settings):
-    """A scene on a small sensor, with nothing by chance but what is asked for."""
+    """Return a scene on a small sensor, with no chance but what is asked for."""
     defaults = {"optics": SMALL, "pixel_model": EXACT, "readout": INSTANT, "light": LIGHT}
     return Scene(markers=placed, **(defaults | settings))
 
 
 def at(distance_m, x_px=0.0, y_px=0.0, *, path=None, **marker):
-    """A marker whose middle is so many pixels right of and below the image's."""
+    """Return a marker whose middle is so many pixels to the right of and below the middle of the image."""
     scale = distance_m / SMALL.focal_px
     pose = Pose.facing(distance_m, x_m=x_px * scale, y_m=y_px * scale)
     return PlacedMarker(marker=Marker(**marker), path=path(pose) if path else Still(pose))
 
 
 def as_set(events):
-    """Events as a sorted array, so that order within a microsecond does not matter."""
+    """Return events as a sorted array, so that order within a microsecond does not matter."""
     return np.sort(events, order=["t", "y", "x", "p"])
 
 
 def counts(events):
-    """Events in, how many each pixel of the small sensor had out, shape (height, width)."""
+    """Count the events of each pixel of the small sensor, shape (height, width)."""
     places = events["y"].astype(int) * SMALL.width + events["x"]
     return np.bincount(places, minlength=SMALL.height * SMALL.width).reshape(SMALL.height, SMALL.width)
 
 
 @dataclass(frozen=True)
 class Unmoving:
-    """A path that says it moves, and does not."""
+    """A trajectory that says it moves, and does not."""
 
     pose: Pose = field(default_factory=Pose)
     is_still: bool = False
@@ -189,7 +189,7 @@ def test_where_chunks_are_cut_does_not_matter(monkeypatch, chunk_us):
 
 
 class Vanishing:
-    """A path that leaves the view between two moments."""
+    """A trajectory that leaves the view between two moments."""
 
     is_still = False
 

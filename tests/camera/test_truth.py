@@ -1,4 +1,4 @@
-"""The truth beside the events, by another way of projecting."""
+"""Tests of the ground truth against another way of projecting."""
 
 import json
 from dataclasses import replace
@@ -43,7 +43,7 @@ CLOSE_PX = 0.02
 
 
 def projected(points_m, pose):
-    """OpenCV's projection by rotation vector and translation."""
+    """Project by OpenCV's rotation vector and translation."""
     image = cv2.projectPoints(points_m, pose.rvec(), pose.position_m, OPTICS.matrix, None)[0]
     return image.reshape(-1, 2)
 

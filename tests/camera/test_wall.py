@@ -1,4 +1,4 @@
-"""The textured wall: sampled as scipy samples, followed as any pixel is followed, costed by its way."""
+"""Tests of the textured wall: sampled as scipy samples, followed as any pixel is followed, as fast as its motion."""
 
 from dataclasses import replace
 
@@ -38,14 +38,14 @@ PIXEL_M = 5.0 / SMALL.focal_px  # what a pixel covers on a wall at 5 m
 
 
 def before(wall, camera, *markers, model=EXACT, **settings):
-    """A scene before a wall, with nothing by chance."""
+    """Return a scene before a wall, with nothing by chance."""
     return Scene(
         markers=markers, camera=camera, wall=wall, optics=SMALL, pixel_model=model, readout=INSTANT, **settings
     )
 
 
 def sideways(px_per_s):
-    """A camera that moves to the right by so many pixels of the wall a second."""
+    """Return a camera that moves to the right by so many pixels of the wall per second."""
     return Moving(velocity_m_per_s=(px_per_s * PIXEL_M, 0.0, 0.0))
 
 
@@ -123,7 +123,7 @@ def test_beyond_a_long_way_every_pixel_is_followed():
 @pytest.mark.parametrize("texel_px", [1.0, 0.25], ids=["a point a pixel", "four points a pixel"])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
-    """The kernel of the wall, row by row and with its short cut over calm places, against the kernel of the marker."""
+    """Compare the kernel of the wall, row by row and with skipped pixels, with the kernel of the marker."""
     # Lively stripes in a calm wall. At four points a pixel the 5 px of a span lead from a calm place
     # across a whole stripe, so the short cut must not be taken.
     image = noisy_wall(3, shape=(64, 160)).log_image

@@ -1,3 +1,3 @@
-"""The stand-in board is not a test: it runs in a process of its own."""
+"""Leave the stand-in board out of the tests: it runs in a process of its own."""
 
 collect_ignore = ["board"]

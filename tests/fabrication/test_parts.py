@@ -1,4 +1,4 @@
-"""The list of parts: Ohm's law, the E24 series, and what is refused."""
+"""Tests of the list of parts: Ohm's law, the E24 series, and values that are refused."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_current_obeys_ohm_and_the_limit(current_ma: float, supply_v: float) -> 
 
 
 def test_the_papers_currents() -> None:
-    """5 V, 2.1 V across the LED: worked by hand."""
+    """Compare a circuit of 5 V with 2.1 V across the LED with a calculation by hand."""
     chosen = {ma: Driver(led=RED, current_ma=ma).resistor_ohm for ma in (2.7, 5.5, 10.7, 21.3, 40.9)}
     assert chosen == {2.7: 1000, 5.5: 510, 10.7: 270, 21.3: 130, 40.9: 75}  # 68 would be nearest to 68.5: 41.2 mA
 

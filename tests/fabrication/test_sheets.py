@@ -1,4 +1,4 @@
-"""The sheets: measures read back from the SVG, the pattern found by ArUco as printed, the PDF at true size."""
+"""Tests of the sheets: measures read from the SVG, patterns found by ArUco as printed, the PDF at true size."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ each_board = pytest.mark.parametrize(
 
 
 def layers_of(svg: str) -> dict[str, list[list[Loop]]]:
-    """An SVG in, per named layer its paths, each a list of loops (n, 2) [mm], out; the units are checked."""
+    """Return the paths of each named layer of an SVG, each a list of loops (n, 2) [mm]; check the units."""
     root = ET.fromstring(svg)
     x, y, width, height = map(float, root.attrib["viewBox"].split())
     assert (x, y) == (0, 0)
@@ -52,14 +52,14 @@ def layers_of(svg: str) -> dict[str, list[list[Loop]]]:
 
 
 def loops_of(d: str) -> list[Loop]:
-    """The text of a path of straight lines in, its loops out."""
+    """Return the loops of the text of a path of straight lines."""
     assert not re.sub(r"[MLZ0-9. -]", "", d), d
     return [np.array(re.findall(r"(\S+) (\S+)", part.replace("L", "").replace("Z", "")), float)
             for part in d.split("M")[1:]]  # fmt: skip
 
 
 def cells_in(loops: list[Loop], n: int, corner: Loop, cell: float) -> Image:
-    """Which of n x n cells are inside (even-odd) at their middles."""
+    """Return which of n x n cells are inside (even-odd) at their middles."""
     middles = [(corner[0] + (c + 0.5) * cell, corner[1] + (r + 0.5) * cell) for r in range(n) for c in range(n)]
     inside = [sum(is_inside(loop, x, y) for loop in loops) % 2 for x, y in middles]
     return np.array(inside, np.uint8).reshape(n, n)
@@ -134,7 +134,7 @@ def test_paper_has_the_plates_size_and_is_dark_where_it_does_not_glow() -> None:
 
 
 def rasterised(drawing: Drawing, dots_per_inch: float, layers: list[str]) -> Image:
-    """A drawing in, its layers as printed: black on white paper, shape (height, width)."""
+    """Return the layers of a drawing as printed, black on white paper, shape (height, width)."""
     scale = dots_per_inch / 25.4
     found = layers_of(to_svg(drawing))
     paper = np.full((round(drawing.height_mm * scale), round(drawing.width_mm * scale)), 255, np.uint8)
@@ -147,7 +147,7 @@ def rasterised(drawing: Drawing, dots_per_inch: float, layers: list[str]) -> Ima
 
 
 def found_ids(picture: Image, dictionary: str) -> list[int]:
-    """A picture with common (not inverted) markers in, the ids that default ArUco finds out."""
+    """Return the ids of common (not inverted) markers that default ArUco finds in a picture."""
     used = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
     _, ids, _ = cv2.aruco.ArucoDetector(used, cv2.aruco.DetectorParameters()).detectMarkers(picture)
     return [] if ids is None else np.ravel(ids).tolist()
@@ -168,7 +168,7 @@ def test_aruco_finds_the_paper_at_every_resolution(board: Board, dots_per_inch: 
 @pytest.mark.parametrize("pocket", ["dark", "bright"])
 @pytest.mark.parametrize("dots_per_inch", [50, 75, 150, 300])
 def test_aruco_finds_the_plate_in_spite_of_the_led_pocket(board: Board, pocket: str, dots_per_inch: int) -> None:
-    """What glows is engraved; the pocket may show the LED as bright as the rest, or nothing at all."""
+    """Check that what glows is engraved, whether the pocket shows the LED as bright as the rest or nothing at all."""
     drawing = draw_plate(board, "a marker")
     engraved = rasterised(drawing, dots_per_inch, ["1 engrave (glows)"]) == 0
     cut = rasterised(drawing, dots_per_inch, ["2 cut LED pocket"]) == 0

@@ -44,7 +44,7 @@ FORMATS = [
 
 @pytest.fixture(params=["CPython", "MicroPython"])
 def interpreter(request: pytest.FixtureRequest) -> str:
-    """A Python that runs the file."""
+    """Return a Python interpreter that runs the file."""
     if request.param == "CPython":
         return sys.executable
     if MICROPYTHON is None:
@@ -53,7 +53,7 @@ def interpreter(request: pytest.FixtureRequest) -> str:
 
 
 def run(interpreter: str, cases: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
-    """Cases in, what the stand-in board saw for each ID of each case out."""
+    """Return what the stand-in board saw for each ID of each case."""
     listed = folder / "cases.json"
     listed.write_text(json.dumps(cases))
     done = subprocess.run(
@@ -65,17 +65,17 @@ def run(interpreter: str, cases: list[dict[str, Any]], folder: Path) -> list[dic
 
 
 def times_us(seen: dict[str, Any]) -> npt.NDArray[np.float64]:
-    """When the pin changed, from the first chip on [us]."""
+    """Moments at which the pin changed, from the first chip on [us]."""
     return np.array([edge[0] for edge in seen["edges"]], float) * seen["divider_256"] / 256 / CLOCK_MHZ
 
 
 def levels(seen: dict[str, Any]) -> npt.NDArray[np.float64]:
-    """What it changed to."""
+    """States that it changed to."""
     return np.array([edge[1] for edge in seen["edges"]], float)
 
 
 def ids_of(packet_format: PacketFormat) -> list[int]:
-    """All 256 IDs of 8 bits; of more bits 256 that use them all."""
+    """Return all 256 IDs of 8 bits; of more bits, 256 that use them all."""
     most = 2**packet_format.payload_bits - 1
     return [number * most // 255 for number in range(256)]
 
@@ -117,7 +117,7 @@ def test_settings_go_into_the_file_and_nothing_else_changes() -> None:
 
 
 def test_the_file_alone_blinks_and_leaves_the_led_off(interpreter: str, tmp_path: Path) -> None:
-    """As main.py: it starts by itself; Ctrl-C stops the state machine and switches the pin off."""
+    """The file starts by itself as main.py; Ctrl-C stops the state machine and switches the pin off."""
     file = tmp_path / "main.py"
     file.write_text(transmitter_text(0x25, PacketFormat(), pin=3))
     (seen,) = run(interpreter, [{"file": str(file), "name": "__main__", "ids": None, "us": 30_000}], tmp_path)
@@ -162,7 +162,7 @@ class Played:
     packet_us: float
 
     def steps(self, start_us: float, end_us: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """A span in, the edges in it out, as `LedWaveform.steps`."""
+        """Return the edges in a span, as `LedWaveform.steps` does."""
         before, until = np.searchsorted(self.times_us, start_us, "right"), np.searchsorted(self.times_us, end_us)
         first = self.levels[before - 1] if before else 0.0
         return np.append(start_us, self.times_us[before:until]), np.append(first, self.levels[before:until])
@@ -170,7 +170,7 @@ class Played:
 
 @pytest.mark.parametrize("payload", [0x25, 0xC3])
 def test_the_receiver_reads_what_the_transmitter_blinks(payload: int, interpreter: str, tmp_path: Path) -> None:
-    """Edges of the file -> synthetic camera -> receiver; no `LedWaveform` in between."""
+    """Record the edges of the file with the synthetic camera and decode them, with no `LedWaveform` in between."""
     file = tmp_path / "main.py"
     file.write_text(transmitter_text(payload, PacketFormat()))
     (seen,) = run(interpreter, [{"file": str(file), "name": "__main__", "ids": None, "us": 180_000}], tmp_path)

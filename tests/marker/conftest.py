@@ -1,4 +1,4 @@
-"""Machines are busy: no example is judged by the clock."""
+"""Run the tests of the marker without time limits, because machines may be busy."""
 
 from hypothesis import settings
 

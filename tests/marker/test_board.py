@@ -1,4 +1,4 @@
-"""The plate: OpenCV's own marker is the oracle."""
+"""Tests of the plate against OpenCV's own marker."""
 
 import cv2
 import numpy as np
@@ -11,13 +11,13 @@ from bicode_lab.marker.board import aruco_dictionary, square_corners_m
 
 
 def detect(image, dictionary):
-    """A grey image in; ArUco ids and corners by default parameters out."""
+    """Return ArUco ids and corners that default parameters find in a grey image."""
     corners, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers(image)
     return ([] if ids is None else ids.ravel().tolist()), corners
 
 
 def drawn(cells, px):
-    """Cells in, a picture of them with px pixels a cell out, glowing cells white."""
+    """Return a picture of cells with px pixels per cell, glowing cells white."""
     return np.kron(cells, np.ones((px, px), np.uint8)).astype(np.uint8) * 255
 
 

@@ -1,4 +1,4 @@
-"""The LED in time and brightness: two ways to ask for its state agree; luminance as in the paper."""
+"""Tests of the LED: two ways to ask for its state agree, and its luminance is as in the paper."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ waves = st.builds(
 
 
 def level_of(steps, t_us):
-    """A list of steps and moments in, the light's level at them out."""
+    """Return the light's level at some moments from a list of steps."""
     times, levels = steps
     return levels[np.searchsorted(times, t_us, side="right") - 1]
 

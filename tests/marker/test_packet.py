@@ -1,4 +1,4 @@
-"""The packet: laws over all settings, and the paper's arithmetic by enumeration."""
+"""Tests of the packet: laws over all settings, and the paper's arithmetic by enumeration."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -36,7 +36,7 @@ def formats_and_payloads(draw):
 
 
 def longest_off_run(chips) -> int:
-    """Chips in, the length of the longest run of zeros out."""
+    """Return the length of the longest run of zeros in chips."""
     return max(len(run) for run in "".join(map(str, np.asarray(chips))).split("1"))
 
 
@@ -138,7 +138,7 @@ def test_the_start_stands_out_in_all_256_ids(packet_format, manchester):
 
 
 def crc3_by_polynomials(payload: int, width: int) -> int:
-    """CRC-3 by numpy's polynomial division over the integers, modulo 2, final xor 7."""
+    """Compute the CRC-3 by numpy's polynomial division over the integers, modulo 2, with final xor 7."""
     bits = [(payload >> i) & 1 for i in range(width - 1, -1, -1)]
     rest = np.polydiv(np.array([*bits, 0, 0, 0], float), np.array([1.0, 0.0, 1.0, 1.0]))[1]
     low = [0, 0, 0, *(round(c) % 2 for c in rest)][-3:]
@@ -169,7 +169,7 @@ def test_a_numpy_payload_has_the_checksum_of_the_same_int(kind, dtype):
 
 
 def passing_share(packet_format: PacketFormat, flips: int) -> float:
-    """Share of all patterns of so many flipped bits, over all payloads, that pass the checksum."""
+    """Return the share of all patterns of so many flipped bits, over all payloads, that pass the checksum."""
     n = packet_format.data_bits
     masks = np.array([sum(1 << i for i in chosen) for chosen in combinations(range(n), flips)])
     checks = np.array([checksum(p, packet_format) for p in range(2**packet_format.payload_bits)])

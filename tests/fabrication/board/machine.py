@@ -1,4 +1,4 @@
-"""Stand-in for MicroPython's `machine` on an RP2040: a clock and pins that remember what was set by hand."""
+"""A stand-in for MicroPython's `machine` on an RP2040: a clock, and pins that remember what was set by hand."""
 
 CLOCK_HZ = 125_000_000
 set_by_hand = []  # (pin, value)

@@ -1,4 +1,4 @@
-"""Stand-in for MicroPython's `rp2`: the PIO's assembler and one state machine, run step by step.
+"""A stand-in for MicroPython's `rp2`: the PIO's assembler and one state machine, run step by step.
 
 Runs under CPython and MicroPython. After the RP2040's data sheet, section 3: every instruction takes
 one step and its delay; `out` takes from the output shift register, which is refilled from the queue
@@ -31,7 +31,7 @@ class Instruction:
 
 
 def asm_pio(**settings):
-    """The decorator: runs the function once with the assembler's words as its globals."""
+    """Run the function once with the assembler's words as its globals."""
 
     def assemble(function):
         program, labels = [], {}
@@ -104,7 +104,7 @@ class StateMachine:
         return 0 if self.first_out is None else (self.steps - self.first_out) * self.divider_256 // 256
 
     def step(self):
-        """One instruction with its delay."""
+        """Run one instruction with its delay."""
         assert self.running
         instruction = self.program[self.at]
         self.at = (self.at + 1) % len(self.program)

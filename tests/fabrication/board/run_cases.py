@@ -1,4 +1,4 @@
-"""Runs transmitters on the stand-in board: a JSON file of cases in; a JSON line of edges per ID out.
+"""Run transmitters on the stand-in board: read a JSON file of cases, write a JSON line of edges per ID.
 
 A case is {"file": path, "name": "__main__" or other, "ids": list or null, "us": how long}.
 """
