@@ -10,10 +10,17 @@ import pandas as pd
 import pytest
 
 from bicode_studies.claims import curves as claim_curves
-from bicode_studies.claims.claim_result import NoTrials
+from bicode_studies.claims.claim_result import ClaimResult, NoTrials
 from bicode_studies.claims.curves import Curve
 from bicode_studies.claims.figure_claims import TESTS
-from bicode_studies.claims.statistics import accuracy_rises, longest_range, range_rises, worst_accuracy
+from bicode_studies.claims.statistics import (
+    accuracy_rises,
+    curves_alike,
+    least_favourable,
+    longest_range,
+    range_rises,
+    worst_accuracy,
+)
 from bicode_studies.claims.text_claims import FACTS
 from bicode_studies.claims.verdicts import (
     VERDICTS,
@@ -120,6 +127,30 @@ def test_in_a_world_as_the_paper_says_every_claim_is_reproduced(world: dict[str,
     assert set(fitted["id"]) == set(CALIBRATED_ON)
     assert fitted["note"].str.contains("would be reproduced").all(), fitted["note"].tolist()
     assert count_verdicts(judged).to_numpy().sum() == len(CLAIMS)
+
+
+def test_what_the_table_says_to_a_claim_is_in_its_note(world: dict[str, pd.DataFrame]) -> None:
+    remarks = ["calibrated_on", "tension", "cause"]
+    claims = CLAIMS[(CLAIMS[remarks] != "").any(axis=1)]
+    judged = judge_claims(claims, world)
+    for claim, note in zip(claims.to_dict("records"), judged["note"], strict=True):
+        for column in remarks:
+            assert claim[column] in note, f"{claim['id']}: {column}"
+
+
+def test_of_several_tests_the_least_favourable_counts() -> None:
+    good, bad = (ClaimResult(value=v, low=v, high=v) for v in (0.9, 0.2))
+    turned = ClaimResult(value=0.95, low=0.9, high=1.0, broken="-0.3 at 2", is_order=True)
+    for results, expected in (((good, bad), bad), ((bad, good), bad), ((bad, turned, good), turned)):
+        tests = [lambda tables, lo, hi, result=result: result for result in results]
+        assert least_favourable(*tests)({}, 0.5, 1.5) is expected
+
+
+def test_curves_are_alike_up_to_the_difference_that_is_allowed() -> None:
+    tables, curves = levels_of({1: 1, 2: 1}, {1: 1, 2: 0.5})
+    result = curves_alike(*curves, within=0.3)(tables, 0.0, 1.0)
+    assert result.value == pytest.approx(0.25, abs=0.05)
+    assert (result.lo, result.hi) == (0.0, 0.3)
 
 
 CHANGES = [
