@@ -223,14 +223,30 @@ def _summarise(counts: list[dict[str, float]] | None) -> dict[str, float]:
     rows = pd.DataFrame(counts)
     numbers: dict[str, float] = {}
     for name, (column, low, high) in SHARES.items():
-        share = _share_with_interval(rows[column].to_numpy(), rows["periods"].to_numpy())
+        share = share_with_interval(rows[column].to_numpy(), rows["periods"].to_numpy())
         numbers |= dict(zip((name, low, high), share, strict=True))
     sums = {name: int(rows[name].sum()) for name in ("periods", "wrong_ids")}
     return {**numbers, "goodput_bps": rows["goodput_bps"].mean(), "seeds": len(rows), **sums}
 
 
-def _share_with_interval(right: npt.NDArray[np.float64], periods: npt.NDArray[np.int64]) -> tuple[float, float, float]:
-    """Return the mean share of right periods over seeds and the wider one of its two 95 % intervals."""
+def share_with_interval(right: npt.NDArray[np.float64], periods: npt.NDArray[np.int64]) -> tuple[float, float, float]:
+    """Return the mean share of right periods, and the wider one of its 95 % intervals over seeds and over periods.
+
+    Parameters
+    ----------
+    right, periods : ndarray, shape (seeds,)
+        Numbers of right periods and of all periods of each seed.
+
+    Returns
+    -------
+    share, low, high : float
+        0 .. 1; nan if a number of right periods is nan.
+
+    Examples
+    --------
+    >>> [round(value, 2) for value in share_with_interval(np.array([4.0, 5.0]), np.array([10, 10]))]
+    [0.45, 0.26, 0.66]
+    """
     if np.isnan(right).any():
         return np.nan, np.nan, np.nan
     shares, n = right / periods, int(periods.sum())

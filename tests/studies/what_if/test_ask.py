@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from bicode_lab.recognition import ReceiverSettings
-from bicode_studies.what_if.ask import ask, ask_many, frames_showing
+from bicode_studies.statistics import wilson
+from bicode_studies.what_if.ask import ask, ask_many, frames_showing, share_with_interval
 from bicode_studies.what_if.choice import LIMITS, MOST_PIXEL_SECONDS, Choice, list_remarks
 from bicode_studies.what_if.packet_timing import whole_packet_probability
 from bicode_studies.what_if.packet_view import view_packet
@@ -166,3 +167,11 @@ def test_a_view_shows_one_packet_of_it(changes):
     if "distance_m" in changes:
         assert shown.packet is None
         assert shown.reason
+
+
+def test_the_interval_is_no_narrower_than_that_over_periods():
+    """Two seeds that nearly agree by chance must not make the interval narrow."""
+    share, low, high = share_with_interval(np.array([4.0, 5.0]), np.array([10, 10]))
+    assert share == pytest.approx(0.45)
+    assert (low, high) == pytest.approx(tuple(float(end) for end in wilson(9, 20)))
+    assert low < 0.4 < 0.5 < high
