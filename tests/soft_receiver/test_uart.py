@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from bicode_lab.events import no_events
 from bicode_lab.soft_receiver.line_code import UartLine
 from bicode_lab.soft_receiver.uart import read_uart
 from bicode_studies.cli.main import main
-from bicode_studies.real_light.beacon_files import read_beacon
 
 from .light import light_events
 
@@ -90,36 +88,3 @@ def test_public_beacons_are_read(
     ahead = text[: first - 1]
     assert np.mean([a == b for a, b in zip(ahead[::-1], SONNET_18[::-1], strict=False)]) >= least - 0.005
     assert np.mean([row["parity_ok"] for row in rows]) >= 0.95
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["decode", "nowhere.mat", "--line-code", "uart", "--rate-hz", "504"], "nowhere.mat"),
-        (["decode", "{file}", "--line-code", "uart"], "--rate-hz"),
-        (["decode", "{file}"], "--line-code uart"),
-        (["decode", "{broken}", "--line-code", "uart", "--rate-hz", "504"], "event_t"),
-        (["decode", "{other}", "--line-code", "uart", "--rate-hz", "504"], "polarities"),
-    ],
-)
-def test_misuse_is_one_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], words: str
-) -> None:
-    names = {name: tmp_path / f"{name}.mat" for name in ("file", "broken", "other")}
-    savemat(names["file"], {"event": [1.0, -1.0], "event_t": [0.1, 0.2]})
-    names["broken"].write_bytes(names["file"].read_bytes()[:150])
-    savemat(names["other"], {"event": [1.0, 0.0], "event_t": [0.1, 0.2]})
-    with pytest.raises(SystemExit) as ended:
-        main([a.format(**names) for a in arguments])
-    captured = capsys.readouterr()
-    assert ended.value.code == 2
-    assert captured.err.count("\n") == 1
-    assert words in captured.err
-
-
-def test_beacon_file_becomes_events(tmp_path: Path) -> None:
-    path = tmp_path / "light.mat"
-    savemat(path, {"event": [[1, -1, 1]], "event_t": [[0.5e-6, 3e-6, 2.0]]})
-    events = read_beacon(path)
-    assert events["t"].tolist() == [0, 3, 2_000_000]
-    assert events["p"].tolist() == [1, 0, 1]

@@ -1,4 +1,4 @@
-"""Tests of ``bicode decode``: its help, and the options for the pose."""
+"""Tests of ``bicode decode``: its help, the options for the pose, and the misuse of files of one light."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from bicode_studies.cli.main import main
 
@@ -38,3 +39,28 @@ def test_help_lists_one_reason_per_line(capsys: pytest.CaptureFixture[str]) -> N
     first_words = [words[0] for words in lines]
     start = first_words.index("no_events")
     assert first_words[start : start + 6] == ["no_events", "no_start", "cut", "manchester", "checksum", "conflict"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["decode", "nowhere.mat", "--line-code", "uart", "--rate-hz", "504"], "nowhere.mat"),
+        (["decode", "{file}", "--line-code", "uart"], "--rate-hz"),
+        (["decode", "{file}"], "--line-code uart"),
+        (["decode", "{broken}", "--line-code", "uart", "--rate-hz", "504"], "event_t"),
+        (["decode", "{other}", "--line-code", "uart", "--rate-hz", "504"], "polarities"),
+    ],
+)
+def test_misuse_of_a_uart_light_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], words: str
+) -> None:
+    names = {name: tmp_path / f"{name}.mat" for name in ("file", "broken", "other")}
+    savemat(names["file"], {"event": [1.0, -1.0], "event_t": [0.1, 0.2]})
+    names["broken"].write_bytes(names["file"].read_bytes()[:150])
+    savemat(names["other"], {"event": [1.0, 0.0], "event_t": [0.1, 0.2]})
+    with pytest.raises(SystemExit) as ended:
+        main([a.format(**names) for a in arguments])
+    captured = capsys.readouterr()
+    assert ended.value.code == 2
+    assert captured.err.count("\n") == 1
+    assert words in captured.err
