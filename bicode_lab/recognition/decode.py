@@ -170,6 +170,7 @@ def _read_packet(
     run_chips = (times[first] - times[first - 1]) / nominal if first else np.inf
 
     def as_packet(reading: _Reading, reason: Reason | None) -> Packet:
+        """Make the packet of a reading."""
         begin, end = span(reading.place)
         moments = (start_us + round(float(moment * delta_t_id_us)) for moment in (begin, end, times[first]))
         begin_us, end_us, edge_us = moments
@@ -178,6 +179,7 @@ def _read_packet(
         )
 
     def span(place: int) -> tuple[float, float]:
+        """Return start and end of the packet if its first ON edge is that of chip number `place` [bins]."""
         begin = times[first] + phase - (n_start + place) * chip
         return begin, begin + (n_start + n_data) * chip
 

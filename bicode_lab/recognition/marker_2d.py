@@ -196,7 +196,17 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
 
 @lru_cache(maxsize=8)
 def aruco_detector(dictionary: str) -> cv2.aruco.ArucoDetector:
-    """Return a detector with default parameters for the dictionary with this name; it is kept for the next call."""
+    """Return a detector with default parameters; it is kept for the next call.
+
+    Parameters
+    ----------
+    dictionary : str
+        Name of one of OpenCV's predefined ArUco dictionaries.
+
+    Returns
+    -------
+    cv2.aruco.ArucoDetector
+    """
     return cv2.aruco.ArucoDetector(aruco_dictionary(dictionary), cv2.aruco.DetectorParameters())
 
 

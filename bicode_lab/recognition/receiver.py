@@ -187,14 +187,14 @@ def _joined(memory: _Memory, n_on: Counts, n_off: Counts, first: int, shares_bin
 
 
 class PeriodReader(Protocol):
-    """A receiver that is fed one period after the other."""
+    """A receiver that is called with one period of events after the other."""
 
     def __call__(self, start_us: int, events: Events) -> list[Sighting]:
-        """Read one period that starts at `start_us` [us]; return a sighting for each track."""
+        """Read the period that starts at `start_us` [us]; return its sightings."""
 
 
 class ReaderSettings(Protocol):
-    """Settings of a receiver beside the paper's, such as `soft_receiver.SoftSettings`."""
+    """Settings of a receiver other than the paper's, such as `soft_receiver.SoftSettings`."""
 
     @property
     def delta_t_whole_us(self) -> int:
@@ -209,15 +209,15 @@ def start_receiver(settings: ReceiverSettings | ReaderSettings, t0_us: int) -> P
 
     Parameters
     ----------
-    settings : ReceiverSettings or other settings with a method ``start``
-        Those of the paper's receiver, or of another one, such as `soft_receiver.SoftSettings`.
+    settings : ReceiverSettings or SoftSettings
+        Settings of the paper's receiver, or other settings with a method ``start``.
     t0_us : int
         Start of the first period [us].
 
     Returns
     -------
-    callable
-        Takes the start [us] and the events of each period in turn, and returns its sightings.
+    PeriodReader
+        It is called with the start [us] and the events of each period in turn, and returns the sightings.
     """
     return Receiver(settings, t0_us) if isinstance(settings, ReceiverSettings) else settings.start(t0_us)
 
@@ -235,13 +235,19 @@ def recognise(
     chunks : iterable of ndarray of EVENT_DTYPE, or one such array
         In the order of time.
     settings : ReceiverSettings or SoftSettings, optional
-        Which receiver reads, and how; None takes the paper's.
+        Settings of the receiver that reads; None takes the paper's receiver with its default settings.
     t0_us : int, optional
-        Start of the first period [us]; None takes the first event.
+        Start of the first period [us]; None takes the time of the first event.
 
     Yields
     ------
     Sighting
+        In the order of the periods.
+
+    Raises
+    ------
+    ValueError
+        If events lie outside the sensor, or time runs backwards.
     """
     settings = settings or ReceiverSettings()
     receiver: PeriodReader | None = None
