@@ -18,7 +18,9 @@ STORE = "build/calibration.sqlite"
 
 
 @click.command(name="calibrate")
-@click.option("--draws", type=click.IntRange(min=1), default=DRAWS, show_default=True, help="Candidates of the first round.")
+@click.option(
+    "--draws", type=click.IntRange(min=1), default=DRAWS, show_default=True, help="Candidates of the first round."
+)
 @click.option("--jobs", type=click.IntRange(min=1), help="Candidates at a time  [default: BICODE_JOBS, or the cores]")
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), help=f"Table of all candidates  [default: {TABLE}]"
