@@ -113,6 +113,21 @@ def test_an_id_that_no_marker_sends_is_wrong() -> None:
     assert (reading.right(), reading.wrong_ids) == (0, 3)
 
 
+def test_a_period_without_an_id_has_no_wrong_id() -> None:
+    dark = replace(SCENE, light=replace(SCENE.light, led_to_ambient=1e-6))
+    noisy = replace(dark, pixel_model=replace(dark.pixel_model, background_hz=100.0))
+    reading = record_and_read(noisy, {"paper": PAPER}, periods=THREE, seed=4).readings["paper"]
+    assert len(reading.sightings) > 0
+    assert (reading.right(), reading.wrong_ids) == (0, 0)
+
+
+def test_axes_are_wrong_where_one_points_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    trial = record_and_read(SCENE, {"paper": PAPER}, periods=THREE, seed=4)
+    scores = trial.readings["paper"].scores.assign(axis_deg=[30.5, 29.5, np.nan])
+    monkeypatch.setattr("bicode_studies.trial.score", lambda *_: scores)
+    assert run(SCENE, {"paper": PAPER}, periods=3, seed=4)["axes_wrong"].tolist() == [1]
+
+
 def test_a_scene_without_a_marker_has_no_periods() -> None:
     row = run(replace(SCENE, markers=()), {"paper": PAPER}, periods=2, seed=4).iloc[0]
     assert (row["periods"], row["id_right"], row["marker_2d_right"], row["axes_wrong"]) == (0, 0, 0, 0)
