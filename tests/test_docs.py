@@ -16,6 +16,7 @@ import click
 import pytest
 
 from bicode_studies.cli.main import cli
+from bicode_studies.notebook.parameters import parameters_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "build" / "docs"  # where `make docs` writes the pages; links to the repository start from there
@@ -136,3 +137,17 @@ def test_every_command_is_described_and_its_examples_have_options_that_exist() -
             words = shlex.split(example)
             assert words[1] == name
             assert {word for word in words if re.match(r"-[-a-z]", word)} <= known, example
+
+
+def test_parameters_in_examples_are_those_of_the_notebook() -> None:
+    """Each ``-p NAME`` behind ``bicode run NOTEBOOK`` in README, docs and notebook 00 is a parameter of it."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "notebooks" / "00_start_here.ipynb"]
+    found = 0
+    for page in pages:
+        for notebook, words in re.findall(r"bicode run (\S+)([^\n`#|]*)", page.read_text(encoding="utf-8")):
+            (path,) = (ROOT / "notebooks").glob(f"{Path(notebook).stem}*.ipynb")
+            known = parameters_of(path)
+            for name in re.findall(r"-p (\w+)", words):
+                found += 1
+                assert name in known, f"{page.name}: {path.name} has no parameter {name}"
+    assert found >= 5

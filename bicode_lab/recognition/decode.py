@@ -2,10 +2,10 @@
 
 "This process begins with the 3 ms consecutive turning off of the LED" (III-B). The steps are:
 
-1. Edges: the state of the LED (`led_state`) changes. An edge is known to one bin of delta_t_ID; if its events spill
-   into the next bin, their centre of mass tells its time more exactly.
+1. Edges: the state of the LED (`led_state`) changes. The time of an edge is known to within one bin (delta_t_ID); if
+   its events spill into the next bin, their centre of mass gives it more exactly.
 2. Start: a run in which the LED is off for longer than it can be in data. Data are off for two chips at most. The start
-   lasts 2 start_bits chips, and one or two chips more if its neighbours are off. The limit lies in the middle between
+   lasts 2 * start_bits chips, and one or two chips more if its neighbours are off. The limit lies in the middle between
    the two. The ON edge that ends the run is the first edge of the data: that of chip 0 or of chip 1.
 3. Clock: the grid of chips that fits the edges of the packet best, over a range of chip lengths and phases. ON and OFF
    edges have a phase each, because the latency of a pixel differs between them, and the clock of a transmitter may be

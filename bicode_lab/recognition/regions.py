@@ -5,7 +5,7 @@ A single frame in 33 ms misses a marker that is in its off time then. So the fra
 steps of half its length, and each pixel collects votes: one for each frame in which it looks like a blinker.
 
 A blinker switches in every bit, so within the data each frame of two bits holds an ON edge and an OFF edge, whatever
-the ID; only the start is quiet. Of the 31 frames of a period, this is true for about 21 (68 %). Clutter is different:
+the ID; only the start is quiet. Of the 31 frames of a period, about 21 (68 %) hold both edges. Clutter is different:
 an edge of a texture passes a pixel with a few events of one polarity, and a hot pixel fires about 4 times per period,
 without its neighbours. So the rule "blink" votes for a pixel if there are events of both polarities among its 3 x 3
 neighbours within one frame. It counts ON and OFF separately and never their difference, so that a sensor that makes

@@ -1,8 +1,8 @@
 """What a light may send, chip by chip: one interface for Bicode's packet and for UART characters.
 
 A line code is a list of states. Each has the level of the LED and the states that may come before it. The receiver
-looks for the most likely path through the states, and then asks the code what the chips of a frame mean. So another
-transmitter needs one more class here::
+looks for the most likely path through the states, and then asks the code what the chips of a frame mean. Another
+transmitter needs one more class here, and a caller that uses it (`receiver`, or the command ``bicode decode``)::
 
     Bicode   start: off for 6 chips; each bit is two unlike chips; packets follow each other without a pause
     UART     start 0, 7 bits with the most significant first, even parity, two stop bits 1; idle is 1, LED on

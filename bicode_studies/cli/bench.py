@@ -24,11 +24,11 @@ IDLE = 0.1  # share of the machine that other programs may use while its figures
 @click.option("--long", is_flag=True, help="Also time workers, notebooks and the whole evaluation: half an hour.")
 @click.option("--only", type=click.Choice([*GROUPS, *LONG]), multiple=True, help="Measure only these rows.")
 def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
-    """Measure receiver, generator, start and memory on this machine, on one core each.
+    """Measure the speed of receiver and simulated camera, the start time and the memory, each on one core.
 
-    Figures are processor time, the shortest of some repeats, with the elapsed time beside them; on an idle machine both
-    are the same. "others" is the share of the machine that other programs used meanwhile: compare ratios within one
-    run, and quote figures of an idle machine only.
+    Values are processor times, the shortest of several repeats; the elapsed time stands beside them. On an idle machine
+    both are the same. "others" is the share of the machine that other programs used meanwhile: compare ratios within
+    one run, and quote figures of an idle machine only.
     """
     watch = Watch()
     rows: list[Row] = []

@@ -21,11 +21,17 @@ STORE = "build/calibration.sqlite"
 @click.option(
     "--draws", type=click.IntRange(min=1), default=DRAWS, show_default=True, help="Candidates of the first round."
 )
-@click.option("--jobs", type=click.IntRange(min=1), help="Candidates at a time  [default: BICODE_JOBS, or the cores]")
 @click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), help=f"Table of all candidates  [default: {TABLE}]"
+    "--jobs",
+    type=click.IntRange(min=1),
+    help="Number of candidates that are tried at a time.  [default: BICODE_JOBS, or the cores]",
 )
-@click.option("--only-current", is_flag=True, help="Try only the constants in bicode_lab/constants.csv.")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help=f"File of the table of all candidates.  [default: {TABLE}]",
+)
+@click.option("--only-current", is_flag=True, help="Judge only the constants that are in use.")
 @click.option("--beyond", is_flag=True, help="Fit the constants that Fig. 8 does not determine.")
 def calibrate_command(draws: int, jobs: int | None, out: Path | None, only_current: bool, beyond: bool) -> int:
     """Fit the free constants to Fig. 8: try candidates on the cells that its claims are about.

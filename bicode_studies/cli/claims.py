@@ -13,9 +13,14 @@ PAGE = "docs/claims.md"
 
 @click.command()
 @click.option(
-    "--format", "form", type=click.Choice(["table", "json", "markdown"]), default="table", show_default=True
+    "--format", "form", type=click.Choice(["table", "json", "markdown"]), default="table", show_default=True,
+    help="Format of the table.",
 )  # fmt: skip
-@click.option("--quick", is_flag=True, help="Judge by the quick trials (results/quick/), which are too short for that.")
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Use the short trials in results/quick/: too few for a verdict, enough to test the command.",
+)
 @click.option("--write", is_flag=True, help=f"Also write the table to {PAGE}.")
 def claims(form: str, quick: bool, write: bool) -> int:
     """Judge every claim of the paper by the trials of its figure.

@@ -30,8 +30,8 @@ HOURS = 3.0
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Table  [default: results/false_ids.csv, for FILES results/false_ids_real.csv; with fewer hours or one "
-    "receiver results/quick/false_ids.csv]",
+    help="File of the table.  [default: results/false_ids.csv, for FILES results/false_ids_real.csv; with fewer hours "
+    "or one receiver results/quick/false_ids.csv]",
 )
 @parallel_options
 def false_ids(

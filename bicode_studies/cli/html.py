@@ -15,7 +15,9 @@ from bicode_studies.cli.run import quick_or_full
 @click.option(
     "--jobs", type=click.IntRange(min=1), help="How many notebooks run at a time.  [default: the number of cores]"
 )
-@click.option("--only", default="", metavar="START", help="Run only notebooks whose name starts so, such as 02.")
+@click.option(
+    "--only", default="", metavar="START", help="Run only the notebooks whose name starts with START, for example 02."
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),

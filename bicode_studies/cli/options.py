@@ -43,10 +43,14 @@ def parallel_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options of commands that run trials in parallel: ``--jobs``, ``--cluster`` and ``--store``."""
     store = click.Path(dir_okay=False, path_type=Path)
     for option in (
-        click.option("--store", type=store, help="File of finished trials  [default: build/sweeps.sqlite]"),
+        click.option(
+            "--store", type=store, help="File in which finished trials are kept.  [default: build/sweeps.sqlite]"
+        ),
         click.option("--cluster", metavar="ADDRESS", help="Run on the Dask scheduler there (tcp://HOST:8786)."),
         click.option(
-            "--jobs", type=click.IntRange(min=1), help="Trials at a time  [default: BICODE_JOBS, or the cores]"
+            "--jobs",
+            type=click.IntRange(min=1),
+            help="Number of trials that run at a time.  [default: BICODE_JOBS, or the cores]",
         ),
     ):
         command = option(command)

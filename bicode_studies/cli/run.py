@@ -68,7 +68,9 @@ def run(
 @click.option(
     "--jobs", type=click.IntRange(min=1), help="How many notebooks run at a time.  [default: the number of cores]"
 )
-@click.option("--only", default="", metavar="START", help="Run only notebooks whose name starts so, such as 02.")
+@click.option(
+    "--only", default="", metavar="START", help="Run only the notebooks whose name starts with START, for example 02."
+)
 @click.option("--times", is_flag=True, help="Write run times to results/run_times.csv and into README.md.")
 def figures(quick: bool, jobs: int | None, only: str, times: bool) -> int:
     """Run all notebooks and write all figures.

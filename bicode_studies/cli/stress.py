@@ -22,15 +22,16 @@ SEEDS = 20
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Table  [default: results/stress.csv, with fewer seeds results/quick/stress.csv]",
+    help="File of the table.  [default: results/stress.csv, with fewer seeds results/quick/stress.csv]",
 )
 @parallel_options
 def stress(seeds: int, out: Path | None, jobs: int | None, cluster: str | None, store: Path | None) -> None:
-    """Lose, add, shift and saturate events, move away, and count the periods that each receiver still reads.
+    """Degrade recordings step by step, and count the periods that each receiver still reads.
 
-    Each finished trial is kept at once. If a run is stopped, the same command continues where it was; trials of
-    changed code are run again. The table is written at the end. Recordings have seeds 0, 1, 2, ..., so
-    that fewer --seeds are the first recordings of each condition.
+    Events are dropped, added, shifted and saturated, and the distance is increased. Each finished trial is kept at
+    once. If a run is stopped, the same command continues where it was; trials of changed code are run again. The table
+    is written at the end. Recordings use the seeds 0, 1, 2, ...; with --seeds 5 only the first five of each condition
+    are used.
     """
     trials = [(condition, seed) for seed in range(seeds) for condition in stress_conditions()]
     path = out or results_folder(quick=seeds < SEEDS) / "stress.csv"

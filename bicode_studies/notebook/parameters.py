@@ -98,8 +98,8 @@ def check_parameters(path: str | Path, given: Mapping[str, Any]) -> dict[str, An
     for name, value in given.items():
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
-            guess = f" did you mean {near[0]!r}?" if near else ""
-            raise ValueError(f"unknown parameter {name!r} of {path.name};{guess} It has: {', '.join(known) or 'none'}")
+            guess = f"did you mean {near[0]!r}? It" if near else "it"
+            raise ValueError(f"unknown parameter {name!r} of {path.name}; {guess} has: {', '.join(known) or 'none'}")
         default = known[name].default
         try:
             values[name] = _converted(value, default)

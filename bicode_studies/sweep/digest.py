@@ -1,10 +1,11 @@
 """The digest of the code that a result depends on.
 
-A trial is kept under the digest of the code that made it, so trials of changed code run again. What changes no result
-changes no digest: comments, docstrings, imports for type checkers, the order of imports, and the place and name of a
-module. The digests form a tree. The digest of a module is the hash of its own code, in which each import of a module
-of ours is replaced by the names it imports and the digest of the module that defines them. The digest of a function
-adds the versions of the libraries that compute, and the bytes of the data files that the caller names.
+A trial is kept under the digest of the code that made it, so trials of changed code run again. Changes that cannot
+alter a result leave the digest as it is: comments, docstrings, imports for type checkers, the order of imports, and the
+place and name of a module. The digests form a tree. The digest of a module is the hash of its own code, in which each
+import of a module of ours is replaced by the names it imports and the digest of the module that defines them. The
+digest of a function adds the versions of the libraries that compute, and the bytes of the data files that the caller
+names.
 
 Imports by name at run time (``importlib``) are not seen.
 """
@@ -29,7 +30,7 @@ DIGITS = 16
 def digest_of(function: Callable[..., Any], data_files: tuple[str, ...]) -> str:
     """Return the digest of all that the results of a function depend on.
 
-    It is worked out once in a process, near the moment its code is loaded.
+    It is computed once per process, soon after the code is loaded.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ class TrialStore:
         self._file.close()
 
     def add(self, key: Key, rows: str) -> None:
-        """Keep the rows of a trial, given as JSON; they are in the file when this returns, once."""
+        """Store the rows of a trial, given as JSON, once; they are on disk when this returns."""
         self._file.execute(
             "INSERT OR IGNORE INTO trials VALUES (?, ?, ?, ?, ?)",
             (self.function, key.condition, key.seed, self.digest, rows),

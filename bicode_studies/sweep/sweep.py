@@ -5,8 +5,8 @@ finished trial at once, so a sweep that is stopped at any moment, even with kill
 called again. The table comes from the store, in the order of the trials asked for; it does not depend on how many
 workers there were or which trial was done first.
 
-A worker that dies (out of memory, killed) costs its trials a second try, each by itself. A trial whose workers keep
-dying is reported like one that raises. Such trials are not kept; the others go on.
+If a worker dies (out of memory, killed), each of its trials is run again alone, at most three times in total. A trial
+whose workers keep dying is reported like one that raises. Such trials are not kept; the others go on.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MAX_LISTED_FAILURES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """What a sweep gave.
+    """Result of a sweep.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def sweep(
     ValueError
         If other processes cannot find the function, a condition cannot be written as text, or a file is not a store.
     ConnectionError
-        If the cluster cannot be reached, or goes away; what it had done is kept.
+        If the cluster cannot be reached, or the connection is lost; finished trials are kept.
     """
     jobs = default_jobs() if jobs is None else jobs
     cluster = cluster or os.environ.get("BICODE_CLUSTER") or None

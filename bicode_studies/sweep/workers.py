@@ -57,7 +57,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Task:
-    """The function that runs trials, as it travels to a worker.
+    """The function that runs trials, in the form that is sent to a worker.
 
     Attributes
     ----------

@@ -3,9 +3,8 @@
 The marker stands in a small window, which is a sensor of its own. For the 2D marker the events are moved back to their
 place on the whole sensor, because ArUco's smallest marker is a share of the image.
 
-Accuracy counts periods, as the paper does. Goodput is the rate of correct payload bits: of all packets that are sent
-whole, also those across the border of two periods, the share that is read right, times the payload bits that are sent
-per second. So a choice can have one without the other.
+Accuracy counts periods, as the paper does. Goodput is the payload rate times the share of whole packets that are read
+right; packets across the border of two periods count, too. So a choice can have one without the other.
 """
 
 from __future__ import annotations

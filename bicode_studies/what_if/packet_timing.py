@@ -1,8 +1,8 @@
 """Arithmetic of packets in periods (II-B, III-B): whole packets, bounds on the bit rate, and waiting times.
 
 Packets follow each other without pause, and the receiver buffers one period at a time: an ID counts if its packet
-begins and ends inside one period. From the start of a period at a random time, the next packet begins after anything
-from nothing to one packet. So a period
+begins and ends inside one period. From the start of a period at a random time, the next packet begins after 0 to one
+packet length, all delays equally likely. So a period
 
 - shorter than one packet never holds a whole packet,
 - of two packets or more always holds one,

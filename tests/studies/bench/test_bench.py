@@ -13,11 +13,7 @@ from bicode_lab.events import check_events, slice_time, windows
 from bicode_lab.marker import LedWaveform
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.recognition.event_codes import EventCoder
-from bicode_studies.bench import bounds_table as bounds
-from bicode_studies.bench import lower_bounds as least_cost
-from bicode_studies.bench import scaling as cost
-from bicode_studies.bench import streams
-from bicode_studies.bench import whole_runs as bench_whole
+from bicode_studies.bench import bounds_table, lower_bounds, scaling, streams, whole_runs
 from bicode_studies.bench.lower_bounds import (
     _touch,
     _touch_ahead,
@@ -154,15 +150,15 @@ def test_whole_sweeps_are_timed_from_empty_stores(monkeypatch):
         stores.append((figure, quick, jobs, store))
         return Sweep(table=pd.DataFrame())
 
-    monkeypatch.setattr(bench_whole, "run_figure", run_figure)
-    (row,) = bench_whole.worker_row()
+    monkeypatch.setattr(whole_runs, "run_figure", run_figure)
+    (row,) = whole_runs.worker_row()
     asked = [(figure, quick, jobs) for figure, quick, jobs, _ in stores]
-    assert asked == [(bench_whole.PART, False, 1), (bench_whole.PART, False, 2)]
+    assert asked == [(whole_runs.PART, False, 1), (whole_runs.PART, False, 2)]
     assert len({store for *_, store in stores}) == 2
     assert row.measured > 0
     assert (row.unit, row.reach, row.at_least) == ("x", 1.7, True)
     stores.clear()
-    (row,) = bench_whole.evaluation_row()
+    (row,) = whole_runs.evaluation_row()
     assert [(figure, quick) for figure, quick, *_ in stores] == [(figure, False) for figure in FIGURES]
     assert 0 <= row.measured < 1
     assert row.unit == "min"
@@ -170,26 +166,26 @@ def test_whole_sweeps_are_timed_from_empty_stores(monkeypatch):
 
 def test_all_notebooks_are_timed(monkeypatch):
     done = NotebookRun(notebook=Path("a.ipynb"), output=Path("b.ipynb"), seconds=1.0, error="it fails")
-    monkeypatch.setattr(bench_whole, "run_all", lambda quick, jobs, only: [done] if quick and not only else [])
-    (row,) = bench_whole.notebook_row()
+    monkeypatch.setattr(whole_runs, "run_all", lambda quick, jobs, only: [done] if quick and not only else [])
+    (row,) = whole_runs.notebook_row()
     assert "all 1 notebooks" in row.what
     assert row.beside == "1 failed"
     assert row.is_met
 
 
 def test_costs_are_tables_of_what_was_asked_for():
-    (row,) = cost.by_events([0.5], 1).to_dict("records")
+    (row,) = scaling.by_events([0.5], 1).to_dict("records")
     assert row["mev_a_period"] == pytest.approx(0.5 * 0.033, rel=0.05)
     assert row["regions"] == 6
-    assert cost.by_markers([1, 3], 0.02)["markers"].tolist() == [1, 3]
-    assert cost.by_pixels([64], 0.02)["megapixels"].tolist() == [64 * 36 / 1e6]
-    assert cost.by_length([0.02])["length_s"].tolist() == [0.02]
-    boxes = cost.receiver_boxes(streams.six_markers(1.0, 0.033), 1, ReceiverSettings())
+    assert scaling.by_markers([1, 3], 0.02)["markers"].tolist() == [1, 3]
+    assert scaling.by_pixels([64], 0.02)["megapixels"].tolist() == [64 * 36 / 1e6]
+    assert scaling.by_length([0.02])["length_s"].tolist() == [0.02]
+    boxes = scaling.receiver_boxes(streams.six_markers(1.0, 0.033), 1, ReceiverSettings())
     assert [name[0] for name in boxes.index] == ["c", "a", "c", "d", "f", "g", "g"]
     assert (boxes >= 0).all()
-    parts = cost.generator_parts(streams.square_scene(whole_sensor=False), 0.02)
+    parts = scaling.generator_parts(streams.square_scene(whole_sensor=False), 0.02)
     assert parts["pixels"] > 0
-    assert cost.copy_gb_per_s() > 0
+    assert scaling.copy_gb_per_s() > 0
 
 
 def test_the_least_cost_is_of_loops_that_do_what_they_say():
@@ -208,13 +204,13 @@ def test_the_least_cost_is_of_loops_that_do_what_they_say():
 def test_the_generators_least_loops_do_what_they_say():
     way, aim = np.array([0.1, 2.0, 30.0]), np.array([0.5, 1.0, 7.0])
     out = np.empty(3)
-    least_cost._ways(way, aim, out, 1)
+    lower_bounds._ways(way, aim, out, 1)
     np.testing.assert_allclose(out, -way - np.log(aim), rtol=1e-9)
     moments, at = np.array([2, 0, 2], np.int32), np.zeros(4, np.int32)
-    least_cost._count(moments, at)
+    lower_bounds._count(moments, at)
     assert at.tolist() == [1, 0, 2, 0]
     target = np.empty((3, 2), np.int64)
-    least_cost._store(np.array([7, 8, 9], np.uint32), moments, np.array([1, 0, 2], np.int32), target)
+    lower_bounds._store(np.array([7, 8, 9], np.uint32), moments, np.array([1, 0, 2], np.int32), target)
     assert target.tolist() == [[8, 0], [7, 2], [9, 2]]
 
 
@@ -233,15 +229,15 @@ def test_the_unsorted_chunk_is_the_sorted_one_in_another_order():
 def test_the_bounds_stand_beside_what_is_taken():
     settings = ReceiverSettings()
     events = streams.near_stream(1.0, 0.033)
-    boxes = cost.receiver_boxes(events, 1, settings)
-    table = bounds.receiver_table(boxes, events, settings)
+    boxes = scaling.receiver_boxes(events, 1, settings)
+    table = bounds_table.receiver_table(boxes, events, settings)
     assert table.index.tolist() == boxes.index.tolist()
     assert table["least_ns"].count() == 3
-    whole = bounds.whole_table(events, 1, settings)
+    whole = bounds_table.whole_table(events, 1, settings)
     assert (whole >= 0).all()
-    half_ms, chain_ms = bounds.two_core_bounds(whole)
+    half_ms, chain_ms = bounds_table.two_core_bounds(whole)
     assert half_ms < whole.sum()
     assert chain_ms <= whole.sum()
-    assert bounds.whole_by_clock(events, 1, settings, repeats=1) > 0
-    plain_times = bounds.against_plain(streams.square_scene(whole_sensor=False), 0.02)
+    assert bounds_table.whole_by_clock(events, 1, settings, repeats=1) > 0
+    plain_times = bounds_table.against_plain(streams.square_scene(whole_sensor=False), 0.02)
     assert plain_times["asked_ns"] == pytest.approx(plain_times["takes_ns"] * plain_times["times"] / 50)

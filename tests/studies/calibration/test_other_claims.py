@@ -8,7 +8,7 @@ import pytest
 
 from bicode_lab import paper
 from bicode_lab.constants import all_constants, constant
-from bicode_studies.calibration import other_claims as constant_readings
+from bicode_studies.calibration import other_claims
 from bicode_studies.calibration.other_claims import (
     accuracy_in_time,
     accuracy_over,
@@ -60,15 +60,15 @@ def test_a_constant_is_fitted_to_where_its_claim_s_accuracies_sum_to_what_is_wan
         more = np.sign(np.log(values[0] / right)) * (1 if name == "edge_glow" else -1)
         return pd.DataFrame({"accuracy": np.full(len(conditions_of(name)), 0.5 + 0.3 * more)})
 
-    monkeypatch.setattr(constant_readings, "accuracy_over", read)
+    monkeypatch.setattr(other_claims, "accuracy_over", read)
     span = np.log(all_constants()[name].high / all_constants()[name].low)
-    assert abs(np.log(fit_constant(name) / right)) < span / 2**constant_readings.HALVINGS
+    assert abs(np.log(fit_constant(name) / right)) < span / 2**other_claims.HALVINGS
 
 
 def test_the_computer_is_as_fast_as_the_nearest_marker_asks_for() -> None:
     limit = fit_constant("processing_mev_per_s")
     rate = turning_rate_mev_per_s(0.5, 64.0, FIRST_SEED)
-    assert accuracy_in_time(rate, limit, 64) == pytest.approx(constant_readings.MORE_THAN_70, abs=0.002)
+    assert accuracy_in_time(rate, limit, 64) == pytest.approx(other_claims.MORE_THAN_70, abs=0.002)
     with pytest.raises(ValueError, match="name='blur_px' is not fitted here"):
         fit_constant("blur_px")
 

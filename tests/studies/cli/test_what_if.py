@@ -12,7 +12,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from bicode_studies.cli import what_if as command_what_if
+from bicode_studies.cli import what_if
 from bicode_studies.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -42,7 +42,7 @@ def test_a_port_that_is_taken_is_refused_in_one_line(capsys):
 
 
 def test_the_page_is_a_notebook_that_shows_the_widget():
-    notebook = nbformat.from_dict(command_what_if.page_notebook("a-kernel"))
+    notebook = nbformat.from_dict(what_if.page_notebook("a-kernel"))
     nbformat.validate(notebook)
     assert "what_if_page()" in notebook.cells[0].source
 
