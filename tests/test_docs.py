@@ -144,7 +144,9 @@ def test_parameters_in_examples_are_those_of_the_notebook() -> None:
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "notebooks" / "00_start_here.ipynb"]
     found = 0
     for page in pages:
-        for notebook, words in re.findall(r"bicode run (\S+)([^\n`#|]*)", page.read_text(encoding="utf-8")):
+        for notebook, words in re.findall(
+            r"bicode run ((?:notebooks/)?\d\d\w*(?:\.ipynb)?)([^\n`#|]*)", page.read_text(encoding="utf-8")
+        ):
             (path,) = (ROOT / "notebooks").glob(f"{Path(notebook).stem}*.ipynb")
             known = parameters_of(path)
             for name in re.findall(r"-p (\w+)", words):
