@@ -27,12 +27,17 @@ def documented(tree: ast.Module) -> Iterator[tuple[str, str]]:
                 yield getattr(node, "name", "the module"), text
 
 
+def is_kernel(function: ast.FunctionDef) -> bool:
+    """Return True for a loop that numba compiles: a part of the function beside it, described in one sentence."""
+    return any("njit" in ast.unparse(each) for each in function.decorator_list)
+
+
 def public_functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
     """Yield the public functions of a module and the public methods of its public classes."""
     for node in body:
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
             yield from public_functions(node.body)
-        elif isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+        elif isinstance(node, ast.FunctionDef) and not (node.name.startswith("_") or is_kernel(node)):
             yield node
 
 

@@ -238,7 +238,13 @@ def _faces(board: Board, edge_glow: float) -> list[tuple[npt.NDArray[np.float64]
 
 
 def shape_px(board: Board, pose: Pose, optics: Optics) -> Floats:
-    """Return the sides and diagonals of the image of a plate, shape (6,) [px]."""
+    """Return the sides and diagonals of the image of a plate, shape (6,) [px].
+
+    Parameters
+    ----------
+    board, pose, optics : Board, Pose, Optics
+        The pose is in camera axes.
+    """
     corners = optics.project(pose.apply(board.plate_corners_m()))
     pairs = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (1, 3)]
     return np.array([np.hypot(*(corners[a] - corners[b])) for a, b in pairs])

@@ -8,7 +8,6 @@ from bicode_lab.constants import all_constants
 from bicode_studies.claims.points import stated_points
 from bicode_studies.claims.table import interval_text, read_claims, read_trials
 from bicode_studies.claims.verdicts import judge_claims
-from bicode_studies.repository import figures_folder
 
 
 def points_of(figure: str, by: str, levels: list[float], band: str = "") -> pd.DataFrame:
@@ -56,7 +55,7 @@ def claims_of(figure: str, table: pd.DataFrame, quick: bool) -> pd.DataFrame:
     claims = read_claims()
     is_of = claims["id"].str.startswith(f"F{int(figure)}.") | claims["figure"].str.match(rf"{int(figure)}[a-k]")
     mine = claims[is_of & claims["kind"].isin(["number", "order"])]
-    judged = judge_claims(mine, {**read_trials(quick, figures_folder()), figure: table})
+    judged = judge_claims(mine, {**read_trials(quick), figure: table})
     shown = judged[["id", "claim", "tested", "ours"]].assign(
         interval=[interval_text(row) for row in judged.to_dict("records")],
         verdict=judged["verdict"], note=judged["note"],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pandas as pd
 
@@ -11,14 +10,13 @@ from bicode_studies.claims.verdicts import VERDICTS, count_verdicts
 from bicode_studies.paper_experiments.results import FIGURES, read_results
 from bicode_studies.repository import repository_root
 
-FRAMES = "fig_13_frames.csv"
-"""The regions of Fig. 13. It has no sweep: a dozen single frames, which notebook 13 records and measures itself."""
+TABLES = (*FIGURES, "13")  # Fig. 13 has no sweep; notebook 13 writes its table
 
 MAX_CELL_LETTERS = 50  # in a column of the terminal's table; JSON and markdown have the whole text
 HEAD = """# The paper's claims, judged by our trials
 
-This file is generated: `bicode claims --write`. The claims are in `data/paper_claims.csv`, the trials in `results/`
-(Fig. 13: `figures/fig_13_frames.csv`). One rule judges all of them:
+This file is generated: `bicode claims --write`. The claims are in `data/paper_claims.csv`, the trials in `results/`.
+One rule judges all of them:
 
 - **reproduced**: our value is within the claim's bounds, or our facts and orders are as the paper says.
 - **contradicted**: our value and its whole 95 % interval are outside the bounds.
@@ -43,27 +41,20 @@ def read_claims() -> pd.DataFrame:
     return pd.read_csv(path, dtype=str, keep_default_na=False)
 
 
-def read_trials(quick: bool, figures: Path | None = None) -> dict[str, pd.DataFrame]:
+def read_trials(quick: bool) -> dict[str, pd.DataFrame]:
     """Read the trials that judge the claims.
 
     Parameters
     ----------
     quick : bool
         True for the short trials, False for those at the paper's scale.
-    figures : Path, optional
-        The folder that holds the table of notebook 13, by default ``figures/`` of the repository, or
-        ``figures/quick/`` for the short trials.
 
     Returns
     -------
     dict of str to DataFrame
         Rows of trials by figure, "08" .. "14"; a figure without a table is left out.
     """
-    tables = {figure: table for figure in FIGURES if (table := read_results(figure, quick)) is not None}
-    folder = figures or repository_root() / "figures" / ("quick" if quick else "")
-    if (folder / FRAMES).is_file():
-        tables["13"] = pd.read_csv(folder / FRAMES)
-    return tables
+    return {figure: table for figure in TABLES if (table := read_results(figure, quick)) is not None}
 
 
 def missing_line(found: set[str], quick: bool) -> str:
@@ -81,11 +72,11 @@ def missing_line(found: set[str], quick: bool) -> str:
     str
         One line; empty if none is missing.
     """
-    missing = sorted({*FIGURES, "13"} - found)
+    missing = sorted({*TABLES} - found)
     if not missing:
         return ""
     folder = "quick/" if quick else ""
-    names = (f"figures/{folder}{FRAMES}" if each == "13" else f"results/{folder}{each}.csv" for each in missing)
+    names = (f"results/{folder}{each}.csv" for each in missing)
     made = "; ".join(f"bicode figures{'' if quick else ' --full'} --only {figure}" for figure in missing)
     return f"missing: {', '.join(names)}; claims of these figures have no trials yet; make the tables with: {made}"
 

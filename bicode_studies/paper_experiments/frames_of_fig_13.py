@@ -27,6 +27,7 @@ from bicode_lab.events import slice_time
 from bicode_lab.recognition.accumulate import Frame, accumulate
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.scenes import scene_of
+from bicode_studies.repository import results_folder
 from bicode_studies.trial import PERIOD_S
 
 LOW_MA, STANDARD_MA, HIGH_MA = paper.FIG_8_CURRENTS_MA
@@ -202,7 +203,28 @@ def panel_table(seeds: Iterable[int], panels: Iterable[str] = PANELS) -> pd.Data
     return pd.DataFrame([panel_frame(panel, seed).row() for panel, seed in bar])
 
 
-def area_over_distance(above: str, below: str, distances_m: Iterable[float], seeds: Iterable[int]) -> pd.DataFrame:
+def panel_results(seeds: Iterable[int], quick: bool) -> pd.DataFrame:
+    """Record all panels with several seeds and keep the table in ``results``, where ``bicode claims`` reads it.
+
+    Figure 13 has no sweep: its frames are measured within seconds, so they are recorded anew each time.
+
+    Parameters
+    ----------
+    seeds : iterable of int
+    quick : bool
+        True keeps the table as ``results/quick/13.csv``, False as ``results/13.csv``.
+
+    Returns
+    -------
+    DataFrame
+        See `panel_table`.
+    """
+    table = panel_table(seeds)
+    table.to_csv(results_folder(quick) / "13.csv", index=False, lineterminator="\n")
+    return table
+
+
+def area_ratios(above: str, below: str, distances_m: Iterable[float], seeds: Iterable[int]) -> pd.DataFrame:
     """Return the ratio of the lit areas of two panels over distance.
 
     Parameters

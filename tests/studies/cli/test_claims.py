@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bicode_studies.claims import table as module
 from bicode_studies.claims.table import (
     as_json,
     as_markdown,
@@ -35,8 +34,7 @@ def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (root / name).mkdir()
     (root / "data" / "paper_claims.csv").write_bytes((ROOT / "data" / "paper_claims.csv").read_bytes())
     for figure, table in paper_world().items():
-        path = root / "figures" / module.FRAMES if figure == "13" else root / "results" / f"{figure}.csv"
-        table.to_csv(path, index=False, float_format="%.6g")
+        table.to_csv(root / "results" / f"{figure}.csv", index=False, float_format="%.6g")
     return root
 
 
@@ -72,8 +70,7 @@ def test_it_says_which_trials_are_missing_and_what_makes_them(claims) -> None:
     assert code == 1
     assert "no trials yet" in out
     assert err.count("\n") == 1
-    assert all(f"results/quick/{figure}.csv" in err for figure in ("08", "09", "10", "11", "12", "14"))
-    assert "figures/quick/fig_13_frames.csv" in err
+    assert all(f"results/quick/{figure}.csv" in err for figure in ("08", "09", "10", "11", "12", "13", "14"))
     assert "bicode figures --only 08" in err
     assert "--full --only 14" in missing_line(set(), quick=False)
     assert missing_line(set(read_trials(quick=False)), quick=False) == ""
