@@ -96,3 +96,8 @@ def test_its_python_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> N
 
 def test_it_is_short() -> None:
     assert len(README.encode()) < 9_000
+
+
+def test_every_notebook_was_timed() -> None:
+    """``bicode figures --times`` was run with short settings and at the paper's scale."""
+    assert not [row for row in ROWS if "?" in row[3]]
