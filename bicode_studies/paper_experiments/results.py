@@ -32,9 +32,7 @@ from bicode_studies.sweep.workers import Trial
 FIGURES = grids.FIGURES
 
 
-def figure_table(
-    figure: str, quick: bool, *, jobs: int | None = None, cluster: str | None = None, store: str | Path | None = None
-) -> pd.DataFrame:
+def figure_table(figure: str, quick: bool, *, store: str | Path | None = None) -> pd.DataFrame:
     """Return the rows of all trials of a figure, in a fixed order.
 
     The table is read from ``results`` where the present code made it for the present grid. Otherwise the missing trials
@@ -46,10 +44,6 @@ def figure_table(
         One of `FIGURES`.
     quick : bool
         True for the short grid, False for the paper's scale.
-    jobs : int, optional
-        Trials at a time on this machine.
-    cluster : str, optional
-        Address of a Dask scheduler; trials run there instead.
     store : path, optional
         File that finished trials are kept in.
 
@@ -66,7 +60,7 @@ def figure_table(
         If trials fail; the others are kept in the store.
     """
     if not is_current(figure, quick):
-        result = run_figure(figure, quick, jobs=jobs, cluster=cluster, store=store)
+        result = run_figure(figure, quick, store=store)
         if result.failures:
             raise RuntimeError(result.failure_line())
         write_results(figure, quick, result.table)
@@ -81,7 +75,22 @@ def run_figure(
 ) -> Sweep:
     """Run the trials of a figure that the store lacks; nothing is written to ``results``.
 
-    Parameters are those of `figure_table`.
+    Parameters
+    ----------
+    figure : str
+        One of `FIGURES`.
+    quick : bool
+        True for the short grid, False for the paper's scale.
+    jobs : int, optional
+        Trials at a time on this machine.
+    cluster : str, optional
+        Address of a Dask scheduler; trials run there instead.
+    store : path, optional
+        File that finished trials are kept in.
+
+    Returns
+    -------
+    Sweep
     """
     return sweep(run_trial, _trials(figure, quick), store, jobs=jobs, cluster=cluster, data_files=CONSTANTS)
 
