@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_lab.boxes import MERGE_AREA, Box, keep_larger, merge_boxes
+from bicode_lab.boxes import MERGE_AREA, Box, iou, keep_larger, merge_boxes
 
 SIDE = 12
 boxes = st.builds(Box, st.integers(-3, SIDE), st.integers(-3, SIDE), st.integers(1, 6), st.integers(1, 6))
@@ -54,3 +56,17 @@ def test_of_two_boxes_that_overlap_the_larger_is_kept() -> None:
 def test_no_kept_box_overlaps_one_of_the_other_list(first: list[Box], second: list[Box]) -> None:
     for a, b in itertools.combinations(keep_larger(first, second), 2):
         assert not a.overlaps(b) or {a, b} <= set(first) or {a, b} <= set(second)
+
+
+@pytest.mark.parametrize("box", [Box(0, 0, 0, 3), Box(0, 0, 3, 0), Box(4, 4, -2, 5), Box(4, 4, -2, -5)])
+def test_a_box_without_pixels_is_empty(box: Box) -> None:
+    assert box.is_empty
+    assert box.area == 0
+    assert not Box(0, 0, 1, 1).is_empty
+
+
+@given(a=boxes, b=boxes, pad=st.integers(0, 3))
+def test_intersection_over_union_is_that_of_the_padded_pixels(a: Box, b: Box, pad: int) -> None:
+    first, second = (pixels(Box.between(c.x - pad, c.y - pad, c.right + pad, c.bottom + pad)) for c in (a, b))
+    expected = len(first & second) / len(first | second)
+    assert iou(np.array([a], float), np.array([b], float), pad)[0, 0] == pytest.approx(expected)

@@ -13,6 +13,7 @@ from bicode_lab.events import (
     no_events,
     polarity_sign,
     slice_time,
+    windows,
 )
 
 WIDTH, HEIGHT = 64, 48
@@ -128,3 +129,37 @@ def test_empty_arrays_are_legal_everywhere():
 def test_nobody_writes_into_events_they_are_given(events):
     events.flags.writeable = False
     polarity_sign(events), merge(events, events), slice_time(events, 0, 10), check_events(events, WIDTH, HEIGHT)
+
+
+def windows_by_hand(events, length_us, t0_us, max_events):
+    """Return what `windows` yields, one event after the other."""
+    found = []
+    for event in events:
+        if event["t"] < t0_us:
+            continue
+        start_us = t0_us + (int(event["t"]) - t0_us) // length_us * length_us
+        if not found or found[-1][0] != start_us or len(found[-1][1]) == max_events:
+            found.append((start_us, []))
+        found[-1][1].append(event.item())
+    return found
+
+
+@given(
+    events=EVENTS,
+    sizes=st.lists(st.integers(0, 9), max_size=6),
+    length_us=st.integers(1, 400),
+    t0_us=st.one_of(st.none(), st.integers(-1200, 1200)),
+    max_events=st.one_of(st.none(), st.integers(1, 9)),
+)
+def test_windows_are_those_cut_by_hand_however_the_stream_is_cut(events, sizes, length_us, t0_us, max_events):
+    got = [(t, part.tolist()) for t, part in windows(cut(events, sizes), length_us, t0_us=t0_us, max_events=max_events)]
+    first_us = t0_us if t0_us is not None else int(events["t"][0]) if events.size else 0
+    assert got == windows_by_hand(events, length_us, first_us, max_events)
+
+
+def test_windows_refuse_what_is_no_stream():
+    one, two = make_events([0], [0], [1], [5]), make_events([0], [0], [1], [4])
+    with pytest.raises(ValueError, match="4 us follows 5 us"):
+        list(windows([one, two], 10))
+    with pytest.raises(ValueError, match="length_us=0 is shorter than one microsecond"):
+        list(windows(one, 0))
