@@ -25,6 +25,7 @@ from bicode_lab.camera import Scene, record, truth_at
 from bicode_lab.camera.truth import packet_starts_us
 from bicode_lab.events import slice_time
 from bicode_lab.recognition.accumulate import Frame, accumulate
+from bicode_lab.recordings.formats import whole_file
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.scenes import scene_of
 from bicode_studies.repository import results_folder
@@ -220,7 +221,8 @@ def panel_results(seeds: Iterable[int], quick: bool) -> pd.DataFrame:
         See `panel_table`.
     """
     table = panel_table(seeds)
-    table.to_csv(results_folder(quick) / "13.csv", index=False, lineterminator="\n")
+    with whole_file(results_folder(quick) / "13.csv") as unfinished:  # a test may read it at the same time
+        table.to_csv(unfinished, index=False, lineterminator="\n")
     return table
 
 

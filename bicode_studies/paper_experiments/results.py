@@ -20,6 +20,7 @@ from typing import Any
 
 import pandas as pd
 
+from bicode_lab.recordings.formats import whole_file
 from bicode_studies.paper_experiments import grids
 from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.paper_experiments.trial_rows import run_trial
@@ -117,8 +118,10 @@ def write_results(figure: str, quick: bool, table: pd.DataFrame) -> None:
     path = _path(figure, quick)
     made_by = path.with_suffix(".json")
     made_by.unlink(missing_ok=True)
-    table.to_csv(path, index=False, lineterminator="\n")
-    made_by.write_text(json.dumps(_origin(figure, quick), indent=1) + "\n", encoding="utf-8")
+    with whole_file(path) as unfinished:  # two notebooks may want the same table at the same time
+        table.to_csv(unfinished, index=False, lineterminator="\n")
+    with whole_file(made_by) as unfinished:
+        unfinished.write_text(json.dumps(_origin(figure, quick), indent=1) + "\n", encoding="utf-8")
 
 
 def is_current(figure: str, quick: bool) -> bool:

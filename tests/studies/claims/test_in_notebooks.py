@@ -1,10 +1,15 @@
 """The end of the notebooks on section IV: constants, points and verdicts."""
 
+from pathlib import Path
+
 import pandas as pd
+import pytest
 
 from bicode_lab.constants import all_constants
 from bicode_studies.claims.in_notebooks import claims_of, fitted_for, points_of
 from bicode_studies.claims.verdicts import VERDICTS
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def trials(right: int) -> pd.DataFrame:
@@ -17,8 +22,17 @@ def trials(right: int) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def test_every_number_and_order_of_the_figure_is_judged(monkeypatch, tmp_path):
-    monkeypatch.setenv("BICODE_FIGURES", str(tmp_path))
+@pytest.fixture
+def no_trials(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Work in a repository that has the claims and no table of trials."""
+    for name in ("notebooks", "bicode_lab", "data"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "data" / "paper_claims.csv").write_bytes((ROOT / "data" / "paper_claims.csv").read_bytes())
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("no_trials")
+def test_every_number_and_order_of_the_figure_is_judged():
     judged = claims_of("09", trials(20), quick=True)
     assert list(judged.index) == ["F9.1", "F9.2", "F9.3", "F9.4", "F9.5"]
     assert set(judged["verdict"]) <= set(VERDICTS)
