@@ -2,8 +2,9 @@
 
 A *kernel* is a function that numba compiles. Numba caches the machine code of a kernel and compiles the kernel again
 when its file changes. Numba does not watch the other files whose functions a kernel calls, so after an update it would
-use machine code with old functions inside. `njit` therefore caches the kernels of a package in a folder whose name
-contains a hash of all sources: changed sources use another folder. No file is ever deleted.
+use machine code with old functions inside. `njit` therefore caches the kernels of a file in a folder whose name
+contains a hash of the file and of all files that it imports, directly or through others: changed sources use another
+folder. No file is ever deleted.
 
 The first of these places that can be written holds the folder: the one that ``NUMBA_CACHE_DIR`` names, this package's
 ``__pycache__``, the user's cache folder, the folder for temporary files. Where none can be written, kernels are
@@ -13,6 +14,7 @@ so the kernels of other libraries stay where they are.
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import sys
@@ -58,7 +60,7 @@ def njit(**options: Any) -> Callable[[Function], Function]:
     def decorate(function: Function) -> Function:
         with _lock:
             given = _config.CACHE_DIR
-            folder = cache_folder(function.__module__.partition(".")[0])
+            folder = cache_folder(function.__module__)
             _config.CACHE_DIR = str(folder or "")
             try:
                 wanted = options if folder else {**options, "cache": False}
@@ -70,32 +72,63 @@ def njit(**options: Any) -> Callable[[Function], Function]:
     return decorate
 
 
-def cache_folder(package: str = "bicode_lab") -> Path | None:
-    """Return the folder in which the kernels of a package are cached; make it where it is missing.
+def cache_folder(module: str) -> Path | None:
+    """Return the folder in which the kernels of a module are cached; make it where it is missing.
 
     Parameters
     ----------
-    package : str
-        Name of an imported package.
+    module : str
+        Dotted name of a module that has been imported or is being imported.
 
     Returns
     -------
     Path or None
         None where no place can be written.
     """
-    folders = {PACKAGE, *(Path(place) for place in getattr(sys.modules.get(package), "__path__", ()))}
-    return _first_writable(f"kernels-{_hash_of_sources(frozenset(folders))}", _config.CACHE_DIR)
+    return _first_writable(f"kernels-{_hash_of_sources(module)}", _config.CACHE_DIR)
 
 
 @cache
-def _hash_of_sources(folders: frozenset[Path]) -> str:
-    """Return a hash of the names and contents of all Python files in some folders."""
+def _hash_of_sources(module: str) -> str:
+    """Return a hash of the names and contents of a module's file and of all files that it reaches by imports."""
+    ours = {module.partition(".")[0], PACKAGE.name}
+    names, waiting = {module}, [module]
+    while waiting:
+        reached = {
+            name for name in _imports(waiting.pop()) if name.partition(".")[0] in ours and _file_of(name)
+        } - names
+        names |= reached
+        waiting += reached
     digest = hashlib.sha256()
-    for folder in sorted(folders):
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(f"{folder.name}/{path.relative_to(folder).as_posix()}\0".encode())
-            digest.update(path.read_bytes() + b"\0")
+    for name in sorted(names):
+        path = _file_of(name)
+        digest.update(f"{name}\0".encode() + (path.read_bytes() if path else b"") + b"\0")
     return digest.hexdigest()[:16]
+
+
+def _imports(module: str) -> Iterator[str]:
+    """Yield the modules that a module's imports can mean: in ``from a import b``, both a and a.b."""
+    path = _file_of(module)
+    if path is None:
+        return
+    package = module.split(".")[: None if path.name == "__init__.py" else -1]
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            source = ".".join([*base, *([node.module] if node.module else [])])
+            yield source
+            yield from (f"{source}.{alias.name}" for alias in node.names)
+
+
+def _file_of(module: str) -> Path | None:
+    """Return the file of a module; None if it has none."""
+    package, *rest = module.split(".")
+    places = [Path(root).joinpath(*rest) for root in getattr(sys.modules.get(package), "__path__", ())]
+    tries = [path for place in places for path in (place.with_suffix(".py"), place / "__init__.py")]
+    alone = getattr(sys.modules.get(module), "__file__", None)
+    return next((path for path in tries if path.is_file()), Path(alone) if alone else None)
 
 
 @cache

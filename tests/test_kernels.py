@@ -14,6 +14,7 @@ import pytest
 from bicode_lab import kernels
 from bicode_lab.kernels import cache_folder, njit
 
+PIXELS = "bicode_lab.camera.pixels"
 ROOT = Path(__file__).resolve().parents[1]
 OUTER = """
 from {library} import njit
@@ -81,12 +82,22 @@ def test_two_processes_at_once_agree(tmp_path: Path) -> None:
 
 def test_without_a_cache_folder_of_the_user_the_package_keeps_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
-    folder = cache_folder()
+    folder = cache_folder(PIXELS)
     assert folder is not None
     assert folder.parent == Path(kernels.__file__).parent / "__pycache__"
     assert folder.is_dir()
-    studies = pytest.importorskip("bicode_studies")
-    assert cache_folder(studies.__name__) != folder  # a kernel there depends on the sources of both
+
+
+def test_files_that_a_module_reaches_by_imports_choose_its_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+    real = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read.append(path) or real(path))
+    kernels._hash_of_sources.cache_clear()
+    cache_folder(PIXELS)
+    kernels._hash_of_sources.cache_clear()
+    names = {path.name for path in read}
+    assert {"pixels.py", "pixel_steps.py", "constants.py", "kernels.py"} <= names
+    assert not names & {"recorder.py", "decode.py", "trial.py"}  # these import pixels.py or have nothing to do with it
 
 
 @pytest.fixture
@@ -111,13 +122,13 @@ def test_a_package_that_cannot_be_written_uses_the_folder_of_the_user(
     home = places / "home"
     home.mkdir()
     monkeypatch.setenv("HOME", str(home))
-    folder = cache_folder()
+    folder = cache_folder(PIXELS)
     assert folder is not None
     assert folder.parent == home / ".cache" / "bicode_lab"
 
 
 def test_a_user_without_a_home_uses_the_folder_for_temporary_files(places: Path) -> None:
-    folder = cache_folder()
+    folder = cache_folder(PIXELS)
     assert folder is not None
     assert folder.parent.parent == places / "temporary"
     assert folder.parent.stat().st_mode & 0o777 == 0o700
@@ -127,7 +138,7 @@ def test_a_user_without_a_home_uses_the_folder_for_temporary_files(places: Path)
 def test_where_nothing_can_be_written_kernels_are_compiled_and_not_cached(places: Path) -> None:
     (places / "temporary").rmdir()
     (places / "temporary").write_text("", encoding="utf-8")
-    assert cache_folder() is None
+    assert cache_folder(PIXELS) is None
     assert njit(cache=True)(_double)(21) == 42
 
 
@@ -140,7 +151,7 @@ def test_the_folder_of_the_user_comes_first_and_other_libraries_keep_theirs(
 ) -> None:
     given = str(tmp_path / "given")
     monkeypatch.setattr(numba.config, "CACHE_DIR", given)
-    folder = cache_folder()
+    folder = cache_folder(PIXELS)
     assert folder is not None
     assert folder.parent == Path(given)
     assert njit(cache=True)(_double)(21) == 42
