@@ -81,7 +81,9 @@ def run_trial(condition: Condition, seed: int) -> list[dict[str, Any]]:
         One or three rows: the fields of the condition; ``seed``; ``periods`` (count, with the marker in view);
         ``events`` and ``lost`` (counts, of the whole recording); ``mev_per_s`` (rate of events [Mev/s]);
         ``corner_px`` (mean corner error of the 2D marker on 3-valued frames [px], None where it is never found);
-        ``receiver``, ``frame_rule_2d``; ``id_right`` and ``marker_2d_right`` (counts of right periods).
+        ``wrong_ids`` (number of sightings, anywhere in the picture, with an ID that the marker does not send; the
+        same in all rows of a trial); ``receiver``, ``frame_rule_2d``; ``id_right`` and ``marker_2d_right`` (counts of
+        right periods).
     """
     scene, settings = scene_of(condition, seed), receiver_settings(condition)
     receivers: dict[str, Settings] = {"any": settings}
@@ -94,6 +96,7 @@ def run_trial(condition: Condition, seed: int) -> list[dict[str, Any]]:
     shared = {
         **asdict(condition), "seed": seed, "periods": len(by_any), "events": trial.n_events, "lost": trial.n_lost,
         "mev_per_s": round(rate_mev_per_s, 6), "corner_px": _mean(by_any, "corner_px"),
+        "wrong_ids": trial.readings["any"].wrong_ids,
     }  # fmt: skip
     rows = [_row(shared, "ours", "any", by_any)]
     if "count" in receivers:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from bicode_lab.camera import record
-from bicode_lab.events import slice_time
+from bicode_lab.camera import PlacedMarker, Pose, Still, record
+from bicode_lab.events import merge, slice_time
 from bicode_lab.recognition import Receiver
 from bicode_studies.paper_experiments import trial_rows
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
@@ -25,8 +26,8 @@ CHEAP = {  # a condition of each figure that takes no second
     "12": {"distance_m": 10.0, "speed_m_per_s": 0.105},
     "14": {"distance_m": 2.5, "rpm": 16.0},
 }
-ROW = {"seed", "periods", "events", "lost", "mev_per_s", "corner_px", "receiver", "frame_rule_2d", "id_right",
-       "marker_2d_right"}  # fmt: skip
+ROW = {"seed", "periods", "events", "lost", "mev_per_s", "corner_px", "wrong_ids", "receiver", "frame_rule_2d",
+       "id_right", "marker_2d_right"}  # fmt: skip
 
 
 def cheap(figure: str, periods: int = 3) -> Condition:
@@ -83,6 +84,26 @@ def test_motion_loses_the_first_periods_of_the_whole_way(
     ours, _, authors = run_trial(condition, seed=0)
     assert ours["id_right"] == 3
     assert authors["id_right"] == pytest.approx(3 * max(0, 1 - lost / way_periods), abs=1e-3)
+
+
+@pytest.mark.parametrize("as_sent", [True, False])
+def test_ids_that_no_marker_sends_are_counted_wherever_they_are_read(
+    monkeypatch: pytest.MonkeyPatch, as_sent: bool
+) -> None:
+    """A second marker blinks beside the scene's own, which the truth does not know of."""
+    condition = cheap("08")
+    scene = scene_of(condition, 0)
+    own = scene.markers[0]
+    payload = own.marker.payload if as_sent else own.marker.payload ^ 1
+    beside = PlacedMarker(
+        marker=replace(own.marker, payload=payload), path=Still(Pose.facing(condition.distance_m, x_m=1.0))
+    )
+    more = record(replace(scene, markers=(beside,)), 3 * PERIOD_S, np.random.default_rng(0))
+    read = partial(trial_rows.record_and_read, damage=lambda events: merge(events, more))
+    monkeypatch.setattr(trial_rows, "record_and_read", read)
+    for row in run_trial(condition, seed=0):
+        assert row["id_right"] == 3
+        assert row["wrong_ids"] == (0 if as_sent else 3)
 
 
 @pytest.mark.parametrize("figure", ["08", "12", "14"])
