@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bicode_lab.constants import all_constants
 from bicode_studies.claims import curves as claim_curves
 from bicode_studies.claims.claim_result import ClaimResult, NoTrials
 from bicode_studies.claims.curves import Curve
@@ -94,13 +95,33 @@ def test_every_claim_has_one_test_and_none_is_left_out() -> None:
         judge_claims(CLAIMS.head(1).assign(id="X1"), {})
 
 
-def test_no_more_is_calibrated_on_than_was_agreed() -> None:
-    """Only the seven claims of Fig. 8, two of the abstract, and three others are calibrated on, each with a reason."""
-    measured = set(CLAIMS.loc[CLAIMS["kind"].isin(["number", "order"]), "id"])
-    assert set(CALIBRATED_ON) <= measured
-    others = set(CALIBRATED_ON) - {f"F8.{n}" for n in range(1, 8)} - {"A1", "A2"}
-    assert len(others) <= 3
+MEASURED = CLAIMS[CLAIMS["kind"].isin(["number", "order"])]
+CLASSES = {"calibrated on", "follows from a fit", "tests the model"}
+
+
+def test_every_claim_has_a_class_with_a_reason() -> None:
+    """Numbers and orders have one of three classes; facts, rules and parameters have classes of their own."""
+    assert (CLAIMS["class_why"].str.len() > 10).all()
+    assert set(MEASURED["class"]) == CLASSES
+    others = CLAIMS.loc[~CLAIMS["id"].isin(MEASURED["id"]), "class"]
+    assert set(others) == {"used as input", "fact of the method", "not modelled"}
+
+
+def test_what_a_constant_was_fitted_to_is_said_of_calibrated_claims_and_of_no_other() -> None:
+    calibrated = set(CLAIMS.loc[CLAIMS["class"] == "calibrated on", "id"])
+    assert calibrated == set(CALIBRATED_ON)
     assert all(len(reason) > 20 for reason in CALIBRATED_ON.values())
+    for each in all_constants().values():
+        if re.match(r"F\d", each.fitted_to):  # "Fig. 8" stands for several claims
+            assert each.fitted_to in calibrated, each.name
+    assert {f"F8.{n}" for n in range(1, 8)} | {"A1", "A2", "F11.0"} <= calibrated
+
+
+def test_the_classes_of_facts_are_what_their_tests_say() -> None:
+    judged = judge_claims(CLAIMS, paper_world()).set_index("id")["verdict"]
+    labels = CLAIMS.set_index("id")["class"]
+    assert set(labels[labels == "used as input"].index) == set(judged[judged == "used as stated"].index)
+    assert set(labels[labels == "not modelled"].index) == set(judged[judged == "not testable here"].index)
 
 
 def test_what_is_no_matter_of_chance_holds_without_any_trial() -> None:
@@ -296,7 +317,8 @@ def test_conditions_in_columns_are_those_in_words() -> None:
 
 def test_conditions_are_in_columns_for_numbers_and_what_is_said_to_them_for_measured_claims() -> None:
     columns = CLAIMS.columns[CLAIMS.columns.get_loc("note") + 1 :]
-    conditions, remarks = columns[:-3], columns[-3:]
+    conditions, labels, remarks = columns[:-5], columns[-5:-3], columns[-3:]
+    assert list(labels) == ["class", "class_why"]
     assert list(remarks) == ["calibrated_on", "tension", "cause"]
     assert set(CLAIMS.loc[(CLAIMS[conditions] != "").any(axis=1), "kind"]) == {"number"}
     assert set(CLAIMS.loc[(CLAIMS[remarks] != "").any(axis=1), "kind"]) == {"number", "order"}
