@@ -6,7 +6,7 @@ import pandas as pd
 
 from bicode_lab.constants import all_constants
 from bicode_studies.claims.points import stated_points
-from bicode_studies.claims.table import interval_text, read_claims, read_trials
+from bicode_studies.claims.table import interval_text, read_claims, read_trials, verdict_text
 from bicode_studies.claims.verdicts import judge_claims
 
 
@@ -49,17 +49,17 @@ def claims_of(figure: str, table: pd.DataFrame, quick: bool) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each number and order of the figure: the paper's words, what is tested, our finding with its 95 %
-        interval, verdict and note.
+        One row for each number and order of the figure: its class, the paper's words, what is tested, our finding
+        with its 95 % interval, verdict and note.
     """
     claims = read_claims()
     is_of = claims["id"].str.startswith(f"F{int(figure)}.") | claims["figure"].str.match(rf"{int(figure)}[a-k]")
     mine = claims[is_of & claims["kind"].isin(["number", "order"])]
     judged = judge_claims(mine, {**read_trials(quick), figure: table})
-    shown = judged[["id", "claim", "tested", "ours"]].assign(
-        interval=[interval_text(row) for row in judged.to_dict("records")],
-        verdict=judged["verdict"], note=judged["note"],
-    )  # fmt: skip
+    rows = judged.to_dict("records")
+    shown = judged[["id", "class", "claim", "tested", "ours"]].assign(
+        interval=[interval_text(row) for row in rows], verdict=[verdict_text(row) for row in rows], note=judged["note"]
+    )
     return shown.rename(columns={"claim": "the paper", "interval": "95 %"}).set_index("id")
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import pandas as pd
 
+from bicode_studies.claims.readings import DEPENDS, by_reading
 from bicode_studies.claims.verdicts import VERDICTS, count_verdicts
 from bicode_studies.paper_experiments.results import FIGURES, read_results
 from bicode_studies.repository import repository_root
@@ -15,18 +18,21 @@ TABLES = (*FIGURES, "13")  # Fig. 13 has no sweep; notebook 13 writes its table
 MAX_CELL_LETTERS = 50  # in a column of the terminal's table; JSON and markdown have the whole text
 HEAD = """# The paper's claims, judged by our trials
 
-This file is generated: `bicode claims --write`. The claims are in `data/paper_claims.csv`, the trials in `results/`.
-One rule judges all of them:
+This file is generated: `bicode claims --write`. The claims are in `data/paper_claims.csv`, the trials in `results/`;
+[Reading the claims](reading_the_claims.md) says how a sentence of the paper became bounds. One rule judges all of them:
 
 - **reproduced**: our value is within the claim's bounds, or our facts and orders are as the paper says.
 - **contradicted**: our value and its whole 95 % interval are outside the bounds.
 - **undecided**: our value is outside, but its interval reaches the bounds; or an order is a tie.
-- **calibrated on**: a constant of the camera was fitted to this claim, so agreement is no evidence.
+- **depends on the reading**: the sentence leaves two readings open, a and b, and their verdicts differ.
 - **used as stated**: the package or its trials take this value from the paper, so agreement is no evidence.
 - **not testable here**: the package has no model of what the claim is about.
 
-Constants are fitted to the claims that are "calibrated on" and to no other.
+What agreement is worth depends on the class of the claim, which `data/README.md` explains; `class_why` in the table of
+claims has the reason for each.
 """
+CLASSES = ("tests the model", "follows from a fit", "calibrated on")
+"""The classes of numbers and orders."""
 
 
 def read_claims() -> pd.DataFrame:
@@ -81,21 +87,38 @@ def missing_line(found: set[str], quick: bool) -> str:
     return f"missing: {', '.join(names)}; claims of these figures have no trials yet; make the tables with: {made}"
 
 
-def interval_text(row: dict[object, object]) -> str:
+def interval_text(row: Mapping[Any, Any]) -> str:
     """Return the 95 % interval of a claim in words.
 
     Parameters
     ----------
-    row : dict
+    row : mapping
         A row of `judge_claims`.
 
     Returns
     -------
     str
-        Empty if the row has no interval.
+        One for each reading; empty if the row has no interval.
     """
-    low, high = (float(str(row[end])) for end in ("low", "high"))
-    return "" if math.isnan(low) else f"{low:.3g} .. {high:.3g}"
+    ends = [(row[f"low_{name}"], row[f"high_{name}"]) for name in "ab"]
+    return by_reading([f"{low:.3g} .. {high:.3g}" for low, high in ends if pd.notna(low)] or [""])
+
+
+def verdict_text(row: Mapping[Any, Any]) -> str:
+    """Return the verdict on a claim, with those on its readings where these differ.
+
+    Parameters
+    ----------
+    row : mapping
+        A row of `judge_claims`.
+
+    Returns
+    -------
+    str
+    """
+    if row["verdict"] != DEPENDS:
+        return str(row["verdict"])
+    return f"{DEPENDS}: {by_reading([row['verdict_a'], row['verdict_b']])}"
 
 
 def as_text(judged: pd.DataFrame) -> str:
@@ -117,7 +140,8 @@ def as_text(judged: pd.DataFrame) -> str:
             "tested": judged["tested"].map(_shortened),
             "ours": judged["ours"],
             "95 %": [interval_text(row) for row in judged.to_dict("records")],
-            "verdict": judged["verdict"],
+            "verdict": [verdict_text(row) for row in judged.to_dict("records")],
+            "class": judged["class"],
             "note": judged["note"].map(_shortened),
         }
     )
@@ -147,7 +171,7 @@ def as_json(judged: pd.DataFrame) -> str:
 
 
 def as_markdown(judged: pd.DataFrame) -> str:
-    """Return the verdicts as markdown: the counts, a table of numbers and orders, and one of all other claims.
+    """Return the verdicts as markdown: the counts, a table for each class of numbers and orders, and one of the facts.
 
     Parameters
     ----------
@@ -158,11 +182,12 @@ def as_markdown(judged: pd.DataFrame) -> str:
     -------
     str
     """
-    measured = judged["kind"].isin(["number", "order"])
     head = "| claim | the paper | tested | ours | 95 % | verdict |\n|---|---|---|---|---|---|"
-    parts = [_counts_line(judged), head, *_lines(judged[measured])]
-    parts += ["", "Facts, rules and parameters:", "", head, *_lines(judged[~measured])]
-    return "\n".join(parts)
+    parts = [headline(judged)]
+    for label in CLASSES:
+        parts += ["", f"## Claims: {label}", "", head, *_lines(judged[judged["class"] == label])]
+    rest = judged[~judged["class"].isin(CLASSES)]
+    return "\n".join([*parts, "", "## Facts, rules and parameters", "", head, *_lines(rest)])
 
 
 def as_page(judged: pd.DataFrame) -> str:
@@ -180,19 +205,32 @@ def as_page(judged: pd.DataFrame) -> str:
     return f"{HEAD}\n{as_markdown(judged)}\n"
 
 
-def _counts_line(judged: pd.DataFrame) -> str:
-    """Return in words how many of the numbers and orders have each verdict."""
-    measured = judged[judged["kind"].isin(["number", "order"])]
-    counts = measured["verdict"].value_counts()
-    listed = ", ".join(f"{counts[each]} {each}" for each in VERDICTS if each in counts)
-    return f"Of {len(measured)} numbers and orders: {listed}.\n"
+def headline(judged: pd.DataFrame) -> str:
+    """Return in words how many claims of each class have each verdict.
+
+    Parameters
+    ----------
+    judged : DataFrame
+        Rows of `judge_claims`.
+
+    Returns
+    -------
+    str
+        One line of markdown for each class of numbers and orders.
+    """
+    lines = []
+    for label in CLASSES:
+        counts = judged.loc[judged["class"] == label, "verdict"].value_counts()
+        listed = ", ".join(f"{counts[each]} {each}" for each in VERDICTS if each in counts)
+        lines.append(f"- **{label}**, {counts.sum()} claims: {listed}.")
+    return "\n".join(lines)
 
 
 def _lines(judged: pd.DataFrame) -> list[str]:
     """Return the lines of a markdown table."""
     rows = []
     for row in judged.to_dict("records"):
-        found = row["verdict"] + (f" ({row['note']})" if row["note"] else "")
+        found = verdict_text(row) + (f" ({row['note']})" if row["note"] else "")
         cells = (row["id"], row["claim"], row["tested"], row["ours"], interval_text(row), found)
         rows.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
     return rows

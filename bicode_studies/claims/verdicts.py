@@ -3,7 +3,7 @@
     reproduced        our value is within the claim's bounds [lo, hi]; a ">" leaves lo itself out
     contradicted      our value and its whole 95 % interval are outside
     undecided         our value is outside, but its interval reaches the bounds; or an order is a tie
-    calibrated on     a constant was fitted to the claim, so agreement is no evidence
+    depends on the reading   the sentence leaves two readings open, and they have different verdicts
     used as stated    the package or its trials take the value from the paper, so agreement is no evidence
     not testable here the package has no model of what the claim is about; the note says why
     no trials yet     the trials of the figure have not been run
@@ -28,26 +28,17 @@ import pandas as pd
 from tqdm import tqdm
 
 from bicode_studies.claims.claim_result import ClaimResult, NoTrials, Tables
-from bicode_studies.claims.figure_claims import TESTS
+from bicode_studies.claims.figure_claims import SECOND, TESTS
+from bicode_studies.claims.readings import DEPENDS, Reading, by_reading, one_verdict, readings_of
 from bicode_studies.claims.text_claims import FACTS
 
 REPRODUCED, CONTRADICTED, UNDECIDED = "reproduced", "contradicted", "undecided"
-CALIBRATED, AS_STATED, UNTESTABLE, NO_TRIALS = "calibrated on", "used as stated", "not testable here", "no trials yet"
-VERDICTS = (REPRODUCED, CONTRADICTED, UNDECIDED, CALIBRATED, AS_STATED, UNTESTABLE, NO_TRIALS)
+AS_STATED, UNTESTABLE, NO_TRIALS = "used as stated", "not testable here", "no trials yet"
+VERDICTS = (REPRODUCED, DEPENDS, UNDECIDED, CONTRADICTED, AS_STATED, UNTESTABLE, NO_TRIALS)
+READING_COLUMNS = ["value", "low", "high", "lo", "hi", "verdict"]
 COLUMNS = [
-    "id",
-    "figure",
-    "section",
-    "kind",
-    "claim",
-    "tested",
-    "ours",
-    "value",
-    "low",
-    "high",
-    "lo",
-    "hi",
-    "verdict",
+    *("id", "figure", "section", "kind", "class", "claim", "tested", "ours", "verdict"),
+    *(f"{column}_{name}" for name in "ab" for column in READING_COLUMNS),
     "note",
 ]
 
@@ -125,10 +116,11 @@ def judge_claims(claims: pd.DataFrame, tables: Tables) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row for each claim, none left out: ``id``, ``figure``, ``section``, ``kind``; ``claim``, a few words of the
-        paper; ``tested``, what is asked of our value; ``ours``, our finding in words; ``value``, ``low``, ``high``, the
-        number that is judged and its 95 % interval; ``lo``, ``hi``, its bounds; ``verdict`` (one of `VERDICTS`) and
-        ``note``. Numbers that do not apply are nan.
+        One row for each claim, none left out: ``id``, ``figure``, ``section``, ``kind``, ``class``; ``claim``, a few
+        words of the paper; ``tested``, what is asked of our value; ``ours``, our finding in words; ``verdict`` (one
+        of `VERDICTS`) and ``note``. For the readings a and b: ``value_a``, ``low_a``, ``high_a``, the number that is
+        judged and its 95 % interval; ``lo_a``, ``hi_a``, its bounds; ``verdict_a``; and the same with ``_b``. Numbers
+        that do not apply are nan.
 
     Raises
     ------
@@ -160,44 +152,60 @@ def judge_claim(claim: dict[Any, Any], tables: Tables) -> dict[str, Any]:
     ValueError
         If the claim has no test.
     """
-    name = claim["id"]
-    row = {column: claim[column] for column in ("id", "figure", "section", "kind")}
+    row = {column: claim[column] for column in ("id", "figure", "section", "kind", "class")}
     row |= {"claim": claim["quote"], "tested": _tested(claim)}
-    lo, hi = _number(claim["lo"], -math.inf), _number(claim["hi"], math.inf)
+    readings = readings_of(claim)
     try:
-        if name in TESTS:
-            result = TESTS[name](tables, lo, hi)
-        elif name in FACTS:
-            result = FACTS[name](tables, claim["value"])
-        else:
-            raise ValueError(f"claim {name} has no test; add one to TESTS of figure_claims or FACTS of text_claims")
+        results = [_result(claim, reading, tables) for reading in readings]
     except NoTrials as missing:
         return {**row, "ours": "", "verdict": NO_TRIALS, "note": str(missing)}
-    lo, hi = (lo if result.lo is None else result.lo), (hi if result.hi is None else result.hi)
-    if result.is_order:
-        lo, hi = 0.0, math.inf
-    found = _verdict_of(result, claim["op"], lo, hi)
-    notes = [result.why_not, f"the other way: {result.broken}" if result.broken else ""]
+    notes = [result.why_not for result in results]
+    notes += [f"the other way: {result.broken}" for result in results if result.broken]
     notes += [claim["cause"], claim["tension"]]
-    if claim["calibrated_on"]:
-        notes = [claim["calibrated_on"], f"the value alone would be {found}", *notes]
-        found = CALIBRATED
+    for reading, result in zip(readings, results, strict=True):
+        lo, hi = (reading.lo if result.lo is None else result.lo), (reading.hi if result.hi is None else result.hi)
+        if result.is_order:
+            lo, hi = 0.0, math.inf
+        found = _verdict_of(result, lo, hi, reading)
+        numbers = (result.value, result.low, result.high, lo, hi, found)
+        row |= {f"{column}_{reading.name}": each for column, each in zip(READING_COLUMNS, numbers, strict=True)}
     return {
-        **row, "ours": result.ours, "value": result.value, "low": result.low, "high": result.high,
-        "lo": lo, "hi": hi, "verdict": found, "note": "; ".join(filter(None, notes)),
-    }  # fmt: skip
+        **row,
+        "ours": by_reading([result.ours for result in results]),
+        "verdict": one_verdict([row[f"verdict_{reading.name}"] for reading in readings]),
+        "note": "; ".join(dict.fromkeys(filter(None, notes))),
+    }
+
+
+def _result(claim: dict[Any, Any], reading: Reading, tables: Tables) -> ClaimResult:
+    """Return what we find for a reading of a claim."""
+    name = claim["id"]
+    tests = TESTS if reading.name == "a" else SECOND
+    if name in tests:
+        return tests[name](tables, reading.lo, reading.hi)
+    if name in FACTS:
+        return FACTS[name](tables, claim["value"])
+    raise ValueError(
+        f"reading {reading.name} of claim {name} has no test; add one to TESTS or SECOND of figure_claims, or to FACTS "
+        "of text_claims"
+    )
 
 
 def _tested(claim: dict[Any, Any]) -> str:
     """Return in short what a claim asks of our value."""
+    readings = readings_of(claim)
+    words = [each.words for each in readings]
     asked = f"{claim['quantity']} {claim['op']} {claim['value']}".strip()
-    unit = "" if claim["unit"] in ("", "-", "frac", "bits") else f" {claim['unit']}"
+    asked += "" if claim["unit"] in ("", "-", "frac", "bits") else f" {claim['unit']}"
+    if claim["kind"] == "number":
+        asked = claim["quantity"]
+        words = [f"{each.words}: {each.bounds}" if each.words else each.bounds for each in readings]
     where = "" if claim["condition"] in ("", "-", "any") else f", {claim['condition']}"
-    return f"{asked}{unit}{where}"
+    return f"{asked}{where}" + (f"; {by_reading(words)}" if any(words) else "")
 
 
-def _verdict_of(result: ClaimResult, op: str, lo: float, hi: float) -> str:
-    """Return the verdict on a result, given the claim's operator and bounds."""
+def _verdict_of(result: ClaimResult, lo: float, hi: float, reading: Reading) -> str:
+    """Return the verdict on a result, given its bounds and whether the reading has these outside."""
     if result.why_not:
         return UNTESTABLE
     if result.holds is not None:
@@ -207,12 +215,7 @@ def _verdict_of(result: ClaimResult, op: str, lo: float, hi: float) -> str:
         raise ValueError("a ClaimResult needs a value with its interval, `holds`, or `why_not`")
     if result.is_order:
         return order_verdict(result.low, result.high, bool(result.broken))
-    return verdict(result.value, result.low, result.high, lo, hi, above=op == ">", below=op == "<")
-
-
-def _number(text: object, missing: float) -> float:
-    """Return the number in a cell of the claims file, or `missing` where it is empty."""
-    return float(str(text)) if str(text) not in ("", "nan") else missing
+    return verdict(result.value, result.low, result.high, lo, hi, above=reading.lo_open, below=reading.hi_open)
 
 
 def count_verdicts(judged: pd.DataFrame) -> pd.DataFrame:
