@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bicode_lab.boxes import MERGE_AREA, Box, iou, keep_larger, merge_boxes
+from bicode_lab.boxes import Box, iou, keep_larger, merge_boxes
 
 SIDE = 12
 boxes = st.builds(Box, st.integers(-3, SIDE), st.integers(-3, SIDE), st.integers(1, 6), st.integers(1, 6))
@@ -38,9 +38,9 @@ def test_boxes_of_2d_markers_are_merged_with_their_regions() -> None:
     assert moved == [((10, 10, 30, 20), 0), ((80, 80, 3, 3), None)]
 
 
-def test_a_region_is_merged_up_to_the_largest_area() -> None:
+def test_a_region_is_merged_up_to_three_times_the_area() -> None:
     marker = Box(10, 10, 4, 4)
-    largest = Box(10, 10, 4, int(MERGE_AREA * 4))
+    largest = Box(10, 10, 4, 12)
     assert merge_boxes([largest], [marker], 100, 100) == [(largest, 0)]
     assert merge_boxes([largest._replace(h=largest.h + 1)], [marker], 100, 100) == [(marker, 0)]
 

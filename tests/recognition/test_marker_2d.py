@@ -64,6 +64,14 @@ def test_a_white_plate_is_light_on_dark_and_counts_are_grey() -> None:
     np.testing.assert_array_equal(to_image(counts, SETTINGS), 255 - image)
 
 
+def test_nine_tenths_of_the_counts_are_below_full_contrast() -> None:
+    """Of the counts 1 .. 11 the 90 % quantile is 10; pixels without events do not count."""
+    counts = np.array([[0] * 50 + list(range(1, 12))], np.int32)
+    image = to_image(counts, replace(SETTINGS, glow="white"))
+    assert image[0, 50:].tolist() == [25, 51, 76, 102, 127, 153, 178, 204, 229, 255, 255]
+    assert not image[0, :50].any()
+
+
 @given(
     yaw=st.floats(-60, 60),
     pitch=st.floats(-60, 60),

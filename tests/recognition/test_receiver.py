@@ -59,6 +59,54 @@ def test_bins_that_do_not_divide_the_period(delta_t_id_us: int) -> None:
     assert len(rows) >= len(starts) - 1  # the first may seem to begin before the recording
 
 
+def border_readings(edge: int, before: bool) -> list[int | None]:
+    """Return the IDs of the packets across the first border, for a marker with an edge in the bin that lies across it.
+
+    Bins of 333 us do not divide the period: bin 99 spans 32 967 .. 33 300 us, and the second period begins at 33 000.
+    All events of an edge come 10 us after it, so those of the edge in that bin lie before the border, or after it.
+    """
+    packet = LedWaveform(payload=0x25, phase_us=0)
+    edges_us = packet.steps(0, 14_000)[0][1:]
+    at_us = 32_970 if before else 33_010
+    times_us, levels = LedWaveform(payload=0x25, phase_us=at_us - edges_us[edge]).steps(0, 3 * PERIOD_US)
+    x, y = square(100, 80, 4)
+    n = times_us.size - 1
+    events = make_events(np.tile(x, n), np.tile(y, n), np.repeat(levels[1:] > 0, 16), np.repeat(times_us[1:] + 10, 16))
+    sightings = list(recognise(events, replace(SMALL, delta_t_id_us=333), t0_us=0))
+    return [packet.payload for packet in sightings[1].border_packets if packet.checksum_ok]
+
+
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize("edge", range(15))
+def test_an_edge_in_the_bin_across_the_border_is_seen_on_either_side(edge: int, before: bool) -> None:
+    """The two counts of that bin are added: its events of both periods belong to the packet."""
+    assert border_readings(edge, before) == [0x25]
+
+
+def test_the_two_parts_of_the_bin_across_the_border_are_added() -> None:
+    """Of a packet's first ON edge all 16 events, 12, 4 or none lie in the first period, the others in the second.
+
+    Its time is the centre of mass of the bin: were one part left out, or counted as a bin of its own, the edge would
+    be gone or elsewhere.
+    """
+    packet = LedWaveform(payload=0x25, phase_us=0)
+    first_us = packet.steps(0, 14_000)[0][1]
+    starts: set[int] = set()
+    for n_before in (16, 12, 4, 0):  # events before the border
+        times_us, levels = LedWaveform(payload=0x25, phase_us=32_990 - first_us).steps(0, 3 * PERIOD_US)
+        x, y = square(100, 80, 4)
+        n = times_us.size - 1
+        t = np.repeat(times_us[1:], 16).astype(int)
+        later = np.tile(np.arange(16) >= n_before, n)  # in all edges, so that they are alike
+        events = make_events(np.tile(x, n), np.tile(y, n), np.repeat(levels[1:] > 0, 16), t + np.where(later, 20, 0))
+        events.sort(order="t")
+        sightings = list(recognise(events, replace(SMALL, delta_t_id_us=333), t0_us=0))
+        (found,) = sightings[1].border_packets
+        assert found.payload == 0x25
+        starts.add(found.edge_us)
+    assert starts == {99 * 333 + 166}  # the middle of the bin
+
+
 @given(borders=st.lists(st.integers(0, 40_000), max_size=8), shift=st.integers(0, 2**45))
 @settings(max_examples=20)
 def test_chunks_and_clock_do_not_matter(borders: list[int], shift: int) -> None:

@@ -13,7 +13,6 @@ from scipy import ndimage
 from bicode_lab.events import Events, make_events, merge, no_events
 from bicode_lab.marker import Board, Marker
 from bicode_lab.recognition import ReceiverSettings, Region, RegionFinder, find_regions
-from bicode_lab.recognition.regions import MIN_HALF_FRAMES
 
 SMALL = ReceiverSettings(width=200, height=150)
 
@@ -32,7 +31,7 @@ def papers_way(events: Events, s: ReceiverSettings) -> list[tuple[int, int, int,
     frames = near[:, :-1] | near[:, 1:]
     votes = (frames[0] & frames[1]).sum(axis=0)
     moments = (marks[0] | marks[1]).sum(axis=0)
-    kept = (votes >= np.ceil(s.min_blink_fraction * (n_bins - 1))) & (moments >= MIN_HALF_FRAMES)
+    kept = (votes >= np.ceil(s.min_blink_fraction * (n_bins - 1))) & (moments >= 3)
     if s.opening_px > 1:
         kept = ndimage.binary_opening(kept, np.ones((s.opening_px, s.opening_px)))
     # At twice the size, pixels up to closing_px + 1 apart touch when each grows by closing_px on all sides.
@@ -72,6 +71,30 @@ def test_regions_are_those_of_whole_frames(seed: int, closing: int, least: int) 
     events = merge(*parts)
     events = events[events["t"] < 33_000]
     assert sorted(boxes(find_regions(events, 0, s))) == sorted(papers_way(events, s))
+
+
+@pytest.mark.parametrize(("half_frames", "is_kept"), [(2, False), (3, True)])
+def test_a_kept_pixel_has_events_of_its_own_in_three_half_frames(half_frames: int, is_kept: bool) -> None:
+    """A pixel beside a marker has the votes of its neighbours; two events of noise do not make it a part of it."""
+    events = blink(Marker(), square(20, 20, 4), 33_000, np.random.default_rng(0))
+    half_us = 33_000 / 32
+    times_us = (np.array([3.5, 9.5, 20.5])[:half_frames] * half_us).astype(int)
+    beside = make_events(np.full(half_frames, 24), np.full(half_frames, 21), np.ones(half_frames), times_us)
+    expected = [(20, 20, 5 if is_kept else 4, 4)]
+    assert boxes(find_regions(merge(events[events["t"] < 33_000], beside), 0, SMALL)) == expected
+
+
+@pytest.mark.parametrize(("fraction", "least"), [(0.3, 10), (9 / 31, 9), (0.0, 1), (1.0, 31), (0.01, 1)])
+def test_votes_must_reach_the_fraction_of_the_frames(fraction: float, least: int) -> None:
+    """Of 31 frames 30 % are 9.3, so that 9 votes are too few. Frame k holds the half frames k and k + 1."""
+    finder = RegionFinder(replace(SMALL, min_blink_fraction=fraction, min_region_pixels=1))
+    assert (finder.n_frames, finder.min_votes) == (31, least)
+    for n_halves in range(3, 32):  # half frames in a row with events of both polarities, from number 1 on
+        halves = np.repeat(np.arange(1, n_halves + 1), 2)
+        t = ((halves + 0.5) * 33_000 / 32).astype(int)
+        events = make_events(np.full(t.size, 9), np.full(t.size, 9), np.tile([0, 1], n_halves), t)
+        votes = min(n_halves + 1, 31)  # the frames before, between and behind them
+        assert bool(finder(events, 0)) == (votes >= least)
 
 
 @pytest.mark.parametrize("glow", ["black", "white"])
