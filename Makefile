@@ -5,13 +5,15 @@
 #   make test              run every check but those that need a browser (make test-browser)
 #
 # Also: make lab (open the notebooks), make html (every executed notebook as a page, into build/html/), make docs
-# (documentation and API reference, into build/docs/), make format, make pins, make clean, make clean-all.
+# (documentation and API reference, into build/docs/), make mutants (do the tests notice small changes of the code?),
+# make format, make pins, make clean, make clean-all.
 # Settings: PYTHON=python3.12 (which Python makes .venv), JOBS=2 (notebooks at a time),
 # TESTS="-k layers" (which tests, and other words for pytest).
 
 PYTHON =
 JOBS =
 FULL =
+PART =
 TESTS = -n auto
 
 VENV = .venv
@@ -20,7 +22,7 @@ PINS = environment/requirements.txt
 READY = $(VENV)/.package-installed
 PIP = PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet --quiet
 
-.PHONY: figures test test-browser page-pictures lab html docs format pins clean clean-all
+.PHONY: figures test test-browser mutants page-pictures lab html docs format pins clean clean-all
 
 figures: $(READY)
 	@$(BIN)/bicode figures $(if $(filter-out 0 no,$(FULL)),--full) $(if $(JOBS),--jobs $(JOBS))
@@ -33,6 +35,11 @@ test: $(READY)
 # The page of `bicode what-if` and a notebook in JupyterLab, in a real browser; skipped where Chromium is absent.
 test-browser: $(READY)
 	@$(BIN)/python -m pytest -m browser -rs tests/browser
+
+# Change the code in many small ways, one at a time, in a copy, and count how many changes a test notices: a sample, or
+# all with FULL=1; PART="marker score" tries these parts only. A run that was stopped goes on where it was.
+mutants: $(READY)
+	@$(BIN)/python tests/mutation/run.py $(if $(filter-out 0 no,$(FULL)),--full) $(addprefix --part ,$(PART))
 
 # The pictures of the page in figures/, looked at by people and compared by nobody.
 page-pictures: $(READY)
