@@ -4,6 +4,10 @@ The changes are made in a copy of the tree, ``build/mutants/tree``. Results are 
 ``build/mutants/finished.jsonl``, so a run that was stopped goes on where it was. A result holds as long as the changed
 file stays what it was, and the test file that noticed the change, or, for a survivor, all tests that were asked.
 
+No finished tool fits. mutmut 3 changes neither decorated functions, so no kernel, nor constants of a module. cosmic-ray
+starts Python anew for each change and needs 14 packages that are not pinned here. Kernels compile again exactly where a
+changed file is imported, see `bicode_lab.kernels`.
+
     python tests/mutation/run.py --part marker --part camera --per-part 50
     python tests/mutation/run.py --full
 """

@@ -60,6 +60,14 @@ def test_a_header_and_nothing_else(tmp_path, name, header):
     assert complaint(tmp_path / name, header).startswith(f"ends after its header, at byte {len(header)}: no events;")
 
 
+@pytest.mark.parametrize(("name", "word_bytes"), [("a.raw", 4), ("b.raw", 2), ("a.dat", 8)])
+def test_the_byte_at_which_a_word_is_cut_short(good_files, name, word_bytes):
+    whole = (good_files / name).read_bytes()
+    for rest in range(1, word_bytes):
+        words = f"cut short at byte {len(whole)}: {rest} of the {word_bytes} bytes of a word; copy it again"
+        assert complaint(good_files / name, whole + bytes(rest)) == words
+
+
 def test_a_clock_of_the_header_that_is_no_number(tmp_path):
     content = evt3(0x8001, 0x0005, 0x2001).replace(b"% end", b"% t0 -3")
     line = complaint(tmp_path / "a.raw", content)
