@@ -47,7 +47,7 @@ KNOWS: dict[str, dict[str, set[str]]] = {
         "trial": {"statistics", "score"},
         "paper_experiments": BASE | {"score", "trial", "sweep", "plots"},
         "link_budget": BASE | {"score", "trial", "plots", "paper_experiments"},
-        "calibration": BASE | {"score", "trial", "sweep", "plots", "paper_experiments"},
+        "calibration": BASE | {"score", "trial", "sweep", "plots", "paper_experiments", "real_light"},
         "robustness": BASE | {"score", "trial", "sweep", "plots", "paper_experiments"},
         "claims": BASE | {"sweep", "paper_experiments", "link_budget"},
         "what_if": BASE | {"score", "trial", "plots", "link_budget", "notebook"},  # its page is a notebook

@@ -1,5 +1,6 @@
 """Calibration of the synthetic camera, for notebooks 08 and 19.
 
-`candidates`, `cells` and `search` fit the free constants to Fig. 8; `other_claims` fits the four that Fig. 8 does not
-determine; `plots` draws both.
+`prior` says what is known of the fitted constants beforehand, `cells` tries a candidate on Fig. 8, `evidence` compares
+it with measurements, and `distance` adds both up. `population` is the method, `posterior` the run. `other_claims` fits
+the four constants that Fig. 8 does not determine; `plots` draws.
 """

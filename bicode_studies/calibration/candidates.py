@@ -1,42 +1,37 @@
-"""Candidates of the calibration: values of the free constants, how they are drawn, and the scene that has them."""
+"""Candidates of the calibration: a set of values of the fitted constants, and the scene and receiver that have them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
-import numpy as np
-import numpy.typing as npt
-
 from bicode_lab.camera import Scene
-from bicode_lab.constants import all_constants, constant
+from bicode_lab.constants import constant
+from bicode_lab.recognition import ReceiverSettings
 from bicode_studies.paper_experiments.variants import with_pattern
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """Values of the constants that are fitted to Fig. 8; `constants.csv` says what each of them means."""
+    """Values of the constants that are fitted; `constants.csv` says what each of them means."""
 
     led_to_ambient: float
     blur_px: float
     halo_fraction: float
     time_constant_us: float
-    aruco_id: int
+    threshold: float
+    threshold_spread: float
+    noise: float
+    refractory_us: float
     min_region_pixels: int
+    opening_px: int
+    aruco_id: int
 
 
-WHOLE = ("aruco_id", "min_region_pixels")  # whole numbers
+NOT_IN_FIG_8 = ("edge_glow", "infrared_share_office", "infrared_share_evening", "processing_mev_per_s")
+"""Constants that Fig. 8 does not determine; each is fitted to another claim, see `other_claims`."""
+WHOLE = ("min_region_pixels", "opening_px", "aruco_id")  # whole numbers
 NAMES = tuple(field.name for field in fields(Candidate))
-EARLIER = tuple(
-    Candidate(**dict(zip(NAMES, values, strict=True)))  # type: ignore[arg-type]
-    for values in (
-        (1.45, 0.87, 0.02, 314.0, 17, 15), (1.34, 0.584, 0.05, 361.0, 12, 11),
-        (1.39, 0.649, 0.0344, 375.0, 19, 11), (1.21, 0.716, 0.05, 202.0, 24, 11),
-    )
-)  # fmt: skip
-"""The best candidate of each pattern in an earlier search."""
 
 
 def candidate_in_use() -> Candidate:
@@ -61,79 +56,48 @@ def candidate_of(values: Mapping[str, float]) -> Candidate:
     return Candidate(**kept)  # type: ignore[arg-type]
 
 
-def draw_candidates(n: int, rng: np.random.Generator) -> list[Candidate]:
-    """Draw `n` candidates; each constant is uniformly distributed over its range in `constants.csv`.
-
-    Parameters
-    ----------
-    n : int
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    list of Candidate
-    """
-    return [_candidate_at(rng.random(len(NAMES))) for _ in range(n)]
-
-
-def draw_neighbours(candidate: Candidate, n: int, rng: np.random.Generator) -> list[Candidate]:
-    """Draw `n` variations of a candidate.
-
-    Pattern and minimum region size stay the same. Each other constant is moved by a normally distributed amount with
-    a standard deviation of a tenth of its range, and stays within the range.
-
-    Parameters
-    ----------
-    candidate : Candidate
-    n : int
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    list of Candidate
-    """
-    low, high = _ranges()
-    held = (np.array([getattr(candidate, name) for name in NAMES], float) - low) / (high - low)
-    moved = np.clip(held + 0.1 * rng.standard_normal((n, held.size)), 0, 1)
-    kept = {name: getattr(candidate, name) for name in WHOLE}
-    return [replace(_candidate_at(shares), **kept) for shares in moved]
-
-
-def _ranges() -> tuple[Floats, Floats]:
-    """Return the ends of each constant's range, shape (constants,); whole ones are widened by one half."""
-    half = np.array([0.5 if name in WHOLE else 0.0 for name in NAMES])
-    low, high = np.array([(all_constants()[name].low, all_constants()[name].high) for name in NAMES]).T
-    return low - half, high + half
-
-
-def _candidate_at(shares: Floats) -> Candidate:
-    """Return the candidate whose constants lie at these shares, 0 .. 1, of their ranges."""
-    low, high = _ranges()
-    return candidate_of(dict(zip(NAMES, (low + shares * (high - low)).tolist(), strict=True)))
-
-
-def candidate_scene(scene: Scene, candidate: Candidate, size_px: tuple[int, int]) -> Scene:
-    """Return a scene with the constants of a candidate and another sensor size.
+def candidate_scene(scene: Scene, candidate: Candidate, size_px: tuple[int, int] | None = None) -> Scene:
+    """Return a scene of one marker with the constants of a candidate.
 
     Parameters
     ----------
     scene : Scene
         Of one marker.
     candidate : Candidate
-        Its minimum region size belongs to the receiver and is not used.
-    size_px : tuple of int
-        Width and height of the sensor [px].
+        Its opening and its least region belong to the receiver and are not used.
+    size_px : tuple of int, optional
+        Width and height of the sensor [px]; None keeps those of the scene.
 
     Returns
     -------
     Scene
     """
+    width, height = size_px or (scene.optics.width, scene.optics.height)
+    bright = candidate.led_to_ambient
     return replace(
         with_pattern(scene, candidate.aruco_id),
-        light=replace(scene.light, led_to_ambient=candidate.led_to_ambient),
+        light=replace(scene.light, led_to_ambient=bright, infrared_led_to_ambient=bright),
         optics=replace(
-            scene.optics, blur_px=candidate.blur_px, halo_fraction=candidate.halo_fraction,
-            width=size_px[0], height=size_px[1],
+            scene.optics, blur_px=candidate.blur_px, halo_fraction=candidate.halo_fraction, width=width, height=height
         ),
-        pixel_model=replace(scene.pixel_model, time_constant_us=candidate.time_constant_us),
+        pixel_model=replace(
+            scene.pixel_model, time_constant_us=candidate.time_constant_us, noise=candidate.noise,
+            threshold_on=candidate.threshold, threshold_off=candidate.threshold,
+            threshold_spread=candidate.threshold_spread, refractory_us=candidate.refractory_us,
+        ),
     )  # fmt: skip
+
+
+def candidate_receiver(settings: ReceiverSettings, candidate: Candidate) -> ReceiverSettings:
+    """Return the settings of a receiver with the opening and the least region of a candidate.
+
+    Parameters
+    ----------
+    settings : ReceiverSettings
+    candidate : Candidate
+
+    Returns
+    -------
+    ReceiverSettings
+    """
+    return replace(settings, opening_px=candidate.opening_px, min_region_pixels=candidate.min_region_pixels)

@@ -25,8 +25,7 @@ from tqdm import tqdm
 from bicode_lab import paper
 from bicode_lab.camera import Scene, record
 from bicode_lab.constants import all_constants
-from bicode_studies.calibration.cells import FAR_PX, read_periods
-from bicode_studies.calibration.search import FIRST_SEED
+from bicode_studies.calibration.cells import FAR_PX, FIRST_SEED, read_periods
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.processing_limit import HITS, delay_periods
 from bicode_studies.paper_experiments.scenes import scene_of

@@ -26,7 +26,7 @@ COMMANDS = {
     "html": ("html", "html", "Run all notebooks and write them as HTML pages."),
     "sweep": ("sweep", "sweep_command", "Run the trials of a figure and write their accuracies."),
     "claims": ("claims", "claims", "Compare every claim of the paper with our trials."),
-    "calibrate": ("calibrate", "calibrate_command", "Fit the free constants of the simulation to Fig. 8."),
+    "calibrate": ("calibrate", "calibrate_command", "Find the constants that agree with Fig. 8 and with measurements."),
     "stress": ("stress", "stress", "Measure the accuracy of all receivers on degraded recordings."),
     "false-ids": ("false_ids", "false_ids", "Count the IDs that are read although no marker is in view."),
     "what-if": ("what_if", "what_if", "Open a page with sliders for rates, distances and times."),

@@ -9,6 +9,7 @@ import pytest
 from bicode_lab import paper
 from bicode_lab.constants import all_constants, constant
 from bicode_studies.calibration import other_claims
+from bicode_studies.calibration.cells import FIRST_SEED
 from bicode_studies.calibration.other_claims import (
     accuracy_in_time,
     accuracy_over,
@@ -17,7 +18,6 @@ from bicode_studies.calibration.other_claims import (
     turning_rate_mev_per_s,
     with_value,
 )
-from bicode_studies.calibration.search import FIRST_SEED
 from bicode_studies.paper_experiments.scenes import scene_of
 
 NAMES = ("edge_glow", "infrared_share_office", "infrared_share_evening")

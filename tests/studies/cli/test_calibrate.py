@@ -1,40 +1,49 @@
-"""``bicode calibrate`` tries, prints and writes candidates; the trials take no time."""
+"""``bicode calibrate`` runs, prints and writes what the calibration gives; the trials take no time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 
 from bicode_lab.constants import constant
-from bicode_studies.calibration.candidates import EARLIER, Candidate, candidate_in_use
-from bicode_studies.calibration.cells import CELLS, cell_name
-from bicode_studies.calibration.other_claims import WANTED
-from bicode_studies.calibration.search import AGAIN, BEST, NEIGHBOURS, ROUNDS
+from bicode_studies.calibration.candidates import NAMES, NOT_IN_FIG_8, candidate_in_use
+from bicode_studies.calibration.distance import TERMS
 from bicode_studies.cli import calibrate as command_calibrate
 from bicode_studies.cli.main import main
-from bicode_studies.sweep.sweep import Sweep
 
 Calibrate = Callable[..., tuple[object, str, str]]
 
 
 @pytest.fixture
-def tried(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[Candidate, int]]:
-    """Return what was tried, candidates and blocks of seeds; the sharper the lens, the better the fit."""
-    asked: list[tuple[Candidate, int]] = []
+def jobs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
+    """Return the numbers of jobs that were asked for; a run has two generations, and its tables one row."""
+    asked: list[int] = []
+    row = {name: [value] for name, value in vars(candidate_in_use()).items()}
 
-    def run(_: object, trials: list[tuple[Candidate, int]], store: Path, **__: object) -> Sweep:
+    def calibrate(trials: SimpleNamespace) -> Iterator[SimpleNamespace]:
+        for generation in (0, 1):
+            yield SimpleNamespace(
+                generation=generation, tolerance=20.0 - generation, points=range(100), effective_size=71.2, tried=900
+            )
+
+    def trials(store: Path, count: int) -> SimpleNamespace:
         assert store == tmp_path / command_calibrate.STORE
-        asked.extend(trials)
-        cells = {cell_name(cell): accuracy for cell, accuracy in CELLS.items()}
-        rows = [
-            {**vars(one), "led_to_ambient": 0.7, **cells, "2D 10.7 mA 1 m": 1 - one.blur_px / 2} for one, _ in trials
-        ]
-        return Sweep(table=pd.DataFrame(rows))
+        asked.append(count)
+        return SimpleNamespace()
 
-    monkeypatch.setattr("bicode_studies.calibration.search.sweep", run)
+    table = pd.DataFrame({**row, "is_medoid": [1], "weight": [1.0], "latency_z": [-3.0]})
+    monkeypatch.setattr(command_calibrate, "Trials", trials)
+    monkeypatch.setattr(command_calibrate, "calibrate", calibrate)
+    monkeypatch.setattr(command_calibrate, "posterior_table", lambda found, trials: table)
+    monkeypatch.setattr(command_calibrate, "tried_table", lambda trials: pd.DataFrame({"number": [0, 1]}))
+    monkeypatch.setattr(
+        command_calibrate, "terms_in_use",
+        lambda trials, times: pd.DataFrame([dict.fromkeys(("distance", *TERMS), 1.25)] * times),
+    )  # fmt: skip
     monkeypatch.setattr(command_calibrate, "repository_root", lambda: tmp_path)
     return asked
 
@@ -52,49 +61,45 @@ def run(capsys: pytest.CaptureFixture[str]) -> Calibrate:
     return calibrate
 
 
-def test_only_the_files_constants_are_tried_and_nothing_is_written(
-    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
+def test_only_the_files_constants_are_judged_and_nothing_is_written(
+    run: Calibrate, jobs: list[int], tmp_path: Path
 ) -> None:
-    code, out, err = run("--only-current", "--jobs", "1")
-    assert (code, err) == (0, "")
-    assert tried == [(candidate_in_use(), block) for block in AGAIN]
-    assert f"{candidate_in_use().blur_px:g}" in out
+    code, out, err = run("--only-current", "--jobs", "3")
+    assert (code, err, jobs) == (0, "", [3])
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines[:2]] == ["distance", TERMS[0]]
+    assert lines[0].split()[1:] == ["1.25"] * command_calibrate.TIMES
     assert not list(tmp_path.iterdir())
 
 
-def test_all_candidates_are_written_the_best_first(
-    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
-) -> None:
+def test_a_run_tells_its_generations_and_writes_two_tables(run: Calibrate, jobs: list[int], tmp_path: Path) -> None:
     (tmp_path / "results").mkdir()
-    code, out, _ = run("--draws", "20", "--jobs", "1")
+    code, out, _ = run("--jobs", "1")
     assert code == 0
-    table = pd.read_csv(tmp_path / command_calibrate.TABLE)
-    assert len(table) == 20 + len(EARLIER) + ROUNDS * BEST * NEIGHBOURS
-    assert table["blur_px"].iloc[0] == table["blur_px"].min()
-    assert f"all {len(table)} candidates: calibration.csv" in out
+    assert "generation 1: tolerance 19.0, 100 accepted (worth 71 of equal weight), 900 of at most 3600 tried" in out
+    assert f"blur_px {constant('blur_px'):g}" in out
+    assert "-3.0 standard deviations" in out
+    assert {*NAMES} < {*pd.read_csv(tmp_path / command_calibrate.TABLE).columns}
+    assert len(pd.read_csv(tmp_path / "results" / "posterior_tried.csv")) == 2
 
 
-def test_the_table_goes_where_it_is_asked_to(
-    run: Calibrate, tried: list[tuple[Candidate, int]], tmp_path: Path
-) -> None:
-    path = tmp_path / "mine.csv"
-    assert run("--only-current", "--jobs", "1", "--out", str(path))[0] == 0
-    (row,) = pd.read_csv(path).to_dict("records")
-    assert row["blur_px"] == candidate_in_use().blur_px
+def test_the_tables_go_where_they_are_asked_to(run: Calibrate, jobs: list[int], tmp_path: Path) -> None:
+    assert run("--jobs", "1", "--out", str(tmp_path / "mine.csv"))[0] == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.csv", "mine_tried.csv"]
 
 
 def test_what_fig_8_cannot_see_is_fitted_to_its_claims(run: Calibrate, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command_calibrate, "fit_constant", lambda name: float(len(name)))
     code, out, _ = run("--beyond")
     assert code == 0
-    assert [line.split(":")[0] for line in out.splitlines()] == [*WANTED, "processing_mev_per_s"]
+    assert [line.split(":")[0] for line in out.splitlines()] == [*NOT_IN_FIG_8]
     assert f"edge_glow: 9 (in the file: {constant('edge_glow'):g})" in out
 
 
-@pytest.mark.parametrize("words", [("--draws", "0"), ("--jobs", "0"), ("--draws", "many"), ("0.8",)])
-def test_misuse_is_one_line(run: Calibrate, tried: list[tuple[Candidate, int]], words: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("words", [("--jobs", "0"), ("--jobs", "many"), ("0.8",)])
+def test_misuse_is_one_line(run: Calibrate, jobs: list[int], words: tuple[str, ...]) -> None:
     code, _, err = run(*words)
     assert code == 2
     assert err.count("\n") == 1
     assert words[-1] in err
-    assert not tried
+    assert not jobs

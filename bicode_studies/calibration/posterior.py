@@ -1,0 +1,186 @@
+"""The calibration: population Monte Carlo over the fitted constants, with the distance of `distance`.
+
+`RULE` and `SEED` were written down before the first run, with the reasons in docs/calibration.md. Every candidate that
+was tried is kept in the store, so a run that is stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from bicode_studies.calibration.candidates import NAMES, candidate_in_use
+from bicode_studies.calibration.cells import SEEDS, cell_name
+from bicode_studies.calibration.distance import TERMS, Proposal, other_constants, try_proposal
+from bicode_studies.calibration.evidence import MEASURED, latency_misfit
+from bicode_studies.calibration.population import Population, Rule, medoid, populations
+from bicode_studies.calibration.prior import Floats, Points, candidates_at, prior_of_constants
+from bicode_studies.sweep.sweep import sweep
+
+SEED = 20261127
+RULE = Rule(
+    first_draws=800, first_tolerance=150.0, size=100, batch=100, share=0.5, last_tolerance=8.0, most_tried=3600
+)  # fmt: skip
+FIRST_IN_USE = 1_000_000  # number of the first trial of the constants in use; the run does not come so far
+COLUMNS = ["generation", "tolerance", "weight", "is_medoid", "number", "distance", *NAMES, "latency_z", *TERMS]
+
+
+class Trials:
+    """The candidates that were tried, in their order.
+
+    Parameters
+    ----------
+    store : path
+        The file that tried candidates are kept in.
+    jobs : int, optional
+        Number of candidates that are tried at a time.
+    cluster : str, optional
+        Address of a Dask scheduler.
+    """
+
+    def __init__(self, store: str | Path, jobs: int | None = None, cluster: str | None = None) -> None:
+        self.store, self.jobs, self.cluster = store, jobs, cluster
+        self.rows: list[pd.DataFrame] = []
+
+    def distances(self, points: Points, tolerance: float, first: int) -> Floats:
+        """Try the candidates at some points, for `population.populations`.
+
+        Parameters
+        ----------
+        points : Points
+        tolerance : float
+            Distance beyond which a candidate is given up.
+        first : int
+            Number of the first one.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Infinite where a candidate was given up.
+        """
+        others = other_constants()
+        trials = [
+            (Proposal(candidate=candidate, tolerance=tolerance, others=others), first + place)
+            for place, candidate in enumerate(candidates_at(points))
+        ]
+        result = sweep(
+            try_proposal, trials, self.store, jobs=self.jobs, cluster=self.cluster, data_files=(MEASURED,)
+        )  # fmt: skip
+        if result.failures:
+            raise RuntimeError(result.failure_line())
+        self.rows.append(result.table)
+        return np.asarray(result.table["distance"].where(result.table["is_whole"] == 1, np.inf), float)
+
+    def table(self) -> pd.DataFrame:
+        """Return a row for each candidate that was tried, with the columns of `distance.try_proposal`."""
+        cells = [cell_name(cell) for cell in SEEDS]
+        columns = ["number", "distance", "is_whole", *NAMES, *TERMS, *cells]
+        return pd.concat(self.rows, ignore_index=True).reindex(columns=columns)
+
+
+def calibrate(trials: Trials, rule: Rule = RULE) -> Iterator[Population]:
+    """Run the calibration.
+
+    Parameters
+    ----------
+    trials : Trials
+        Where candidates are tried; it holds all of them afterwards.
+    rule : Rule
+
+    Yields
+    ------
+    Population
+        Each complete generation; the last one is the posterior.
+    """
+    yield from populations(prior_of_constants(), trials.distances, rule, SEED)
+
+
+def posterior_table(found: Population, trials: Trials) -> pd.DataFrame:
+    """Return the sets of a population.
+
+    Parameters
+    ----------
+    found : Population
+    trials : Trials
+        Where its candidates were tried.
+
+    Returns
+    -------
+    DataFrame
+        One row for each set, the heaviest first: `COLUMNS`, then the accuracies in the cells that were tried.
+        ``is_medoid`` is 1 for one set; ``latency_z`` says by how many standard deviations the time constant is longer
+        than measured latencies imply (negative: shorter).
+    """
+    tried = trials.table().set_index("number", drop=False)
+    table = tried.loc[found.numbers].reset_index(drop=True)
+    table = table.assign(
+        generation=found.generation, tolerance=found.tolerance, weight=found.weights,
+        is_medoid=(np.arange(len(table)) == medoid(found)).astype(int),
+        latency_z=[latency_misfit(candidate) for candidate in candidates_at(found.points)],
+    )  # fmt: skip
+    cells = [name for cell in SEEDS if table[name := cell_name(cell)].notna().any()]
+    return table[[*COLUMNS, *cells]].sort_values("weight", ascending=False, kind="stable", ignore_index=True)
+
+
+def tension(table: pd.DataFrame) -> dict[str, float]:
+    """Return how the posterior and the measured latencies disagree about the time constant.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `posterior_table` returns it.
+
+    Returns
+    -------
+    dict of str to float
+        ``z`` and ``z_low``, ``z_high``: weighted median, 5 % and 95 % quantile of ``latency_z``; ``probability``: that
+        which is left, of 1/2, for the reading that the irradiance of the source is that at the sensor.
+    """
+    ranked = table.sort_values("latency_z")
+    below = ranked["weight"].cumsum().to_numpy()
+    low, middle, high = (float(ranked["latency_z"].iloc[int(np.searchsorted(below, q))]) for q in (0.05, 0.5, 0.95))
+    like = np.exp(-0.5 * table["latency_z"] ** 2)
+    probability = float((table["weight"] * like / (1 + like)).sum())
+    return {"z": middle, "z_low": low, "z_high": high, "probability": probability}
+
+
+def tried_table(trials: Trials) -> pd.DataFrame:
+    """Return all candidates that were tried, without their terms and accuracies.
+
+    Parameters
+    ----------
+    trials : Trials
+
+    Returns
+    -------
+    DataFrame
+        One row for each: ``number``, ``distance`` (so far), ``is_whole`` (0 if it was given up), and the constants.
+    """
+    return trials.table()[["number", "distance", "is_whole", *NAMES]]
+
+
+def terms_in_use(trials: Trials, times: int) -> pd.DataFrame:
+    """Find the distance of the constants in use, several times with seeds of their own.
+
+    Parameters
+    ----------
+    trials : Trials
+        The store and the workers.
+    times : int
+
+    Returns
+    -------
+    DataFrame
+        One row for each time, with the columns of `distance.try_proposal`.
+    """
+    proposal = Proposal(candidate=candidate_in_use(), tolerance=1e9, others=other_constants())
+    asked = [(proposal, FIRST_IN_USE + time) for time in range(times)]
+    result = sweep(
+        try_proposal, asked, trials.store, jobs=trials.jobs, cluster=trials.cluster, data_files=(MEASURED,)
+    )  # fmt: skip
+    if result.failures:
+        raise RuntimeError(result.failure_line())
+    return result.table
