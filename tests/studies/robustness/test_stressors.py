@@ -70,6 +70,16 @@ def test_hot_pixels_are_few_and_fire_all_the_time() -> None:
     assert add_hot_pixels(nothing, 0.0, DURATION_US, WIDTH, HEIGHT, np.random.default_rng(0)).size == 0
 
 
+def test_rates_of_hot_pixels_lie_evenly_in_the_logarithm_over_two_decades() -> None:
+    """Half of them are above 13.4 Hz, a quarter above 42 Hz; the mean is 0.99 / (2 ln 10) = 0.215 of 134 Hz."""
+    n, seconds = 4000, 5.0
+    hot = add_hot_pixels(make_events([], [], [], []), 1.0, int(seconds * 1e6), n, 1, np.random.default_rng(0))
+    counts = np.bincount(hot["x"], minlength=n)
+    for rate_hz, share in ((134 * 10**-0.5, 0.25), (13.4, 0.5), (134 * 10**-1.5, 0.75)):
+        assert (counts > rate_hz * seconds).mean() == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / n))
+    assert counts.mean() / seconds / 134 == pytest.approx(0.99 / (2 * np.log(10)), abs=4 * 0.25 / np.sqrt(n))
+
+
 def test_jitter_moves_times_by_its_sigma_and_nothing_else(events: Events) -> None:
     assert np.array_equal(jitter_times(events, 0, np.random.default_rng(0)), events)
     lone = make_events(
