@@ -24,7 +24,11 @@ class ClaimResult:
     ours : str
         Our finding in words and numbers.
     value, low, high : float, optional
-        The number that is judged, and the ends of its 95 % interval.
+        The number that is judged, and the ends of its 95 % interval, which is shown.
+    judged_low, judged_high : float, optional
+        Ends of the interval that is judged, wider than the 95 % one for the number of claims.
+    band : float
+        By how much the bounds are widened: a difference that the paper itself cannot tell.
     lo, hi : float, optional
         Bounds of agreement, where the claim itself states none.
     is_order : bool
@@ -43,6 +47,9 @@ class ClaimResult:
     value: float | None = None
     low: float | None = None
     high: float | None = None
+    judged_low: float | None = None
+    judged_high: float | None = None
+    band: float = 0.0
     lo: float | None = None
     hi: float | None = None
     is_order: bool = False

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from bicode_studies.claims.claim_result import NoTrials, Tables
-from bicode_studies.statistics import DRAWS, Floats
+from bicode_studies.statistics import Floats, interval_over_seeds
 
 Wanted = str | float | tuple[float, float]
 """A value of a column, or the least and the largest value."""
@@ -28,34 +28,38 @@ class Cell(NamedTuple):
     ----------
     at : float
         Where the condition lies on its curve, in the unit of the curve's column.
-    shares : ndarray, shape (seeds,)
-        Share of right periods of each seed, 0 .. 1.
-    periods : int
-        Number of periods of all seeds together.
+    right, periods : ndarray, shape (seeds,)
+        Numbers of right periods and of all periods of each seed.
     """
 
     at: float
-    shares: Floats
-    periods: int
+    right: Floats
+    periods: Floats
+
+    @property
+    def seeds(self) -> int:
+        """Number of seeds."""
+        return self.right.size
 
     @property
     def accuracy(self) -> float:
         """Mean share of right periods over the seeds, 0 .. 1."""
-        return float(self.shares.mean())
+        return float((self.right / self.periods).mean())
 
-    def draws(self, rng: np.random.Generator) -> Floats:
-        """Draw seeds with replacement and return the accuracy of each draw.
+    def interval(self, level: float) -> tuple[float, float]:
+        """Return the interval of the accuracy over seeds.
 
         Parameters
         ----------
-        rng : numpy.random.Generator
+        level : float
+            Share of all such intervals that hold the true accuracy.
 
         Returns
         -------
-        ndarray, shape (DRAWS,)
-            Accuracies, 0 .. 1.
+        low, high : float
+            0 .. 1.
         """
-        return np.asarray(rng.choice(self.shares, (DRAWS, self.shares.size)).mean(axis=1))
+        return interval_over_seeds(self.right, self.periods, level)
 
 
 def rows_where(tables: Tables, figure: str, where: Where) -> pd.DataFrame:
@@ -154,5 +158,5 @@ class Curve:
                 "name the receiver and the frame rule, too"
             )
         at = rows[self.by].to_numpy(float)
-        shares, periods = (rows[self.right] / rows["periods"]).to_numpy(float), rows["periods"].to_numpy(int)
-        return [Cell(float(here), shares[at == here], int(periods[at == here].sum())) for here in np.unique(at)]
+        right, periods = rows[self.right].to_numpy(float), rows["periods"].to_numpy(float)
+        return [Cell(float(here), right[at == here], periods[at == here]) for here in np.unique(at)]

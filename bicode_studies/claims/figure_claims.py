@@ -11,11 +11,11 @@ from dataclasses import replace
 from bicode_lab import paper
 from bicode_studies.claims.claim_result import ClaimResult, Tables
 from bicode_studies.claims.curves import Curve, Where, rows_where
+from bicode_studies.claims.differences import accuracy_rises
 from bicode_studies.claims.orders import mean_rises, most_different, rises_at_each
 from bicode_studies.claims.region_claims import region_exponent, region_ratio, region_rises
 from bicode_studies.claims.statistics import (
     ClaimTest,
-    accuracy_rises,
     least_favourable,
     longest_range,
     range_rises,

@@ -9,7 +9,8 @@ import numpy as np
 
 from bicode_studies.claims.claim_result import ClaimResult, NoTrials, Tables
 from bicode_studies.claims.curves import Curve
-from bicode_studies.claims.statistics import ClaimTest, accuracy_rises, curves_alike
+from bicode_studies.claims.differences import accuracy_rises, curves_alike, mean_difference
+from bicode_studies.claims.statistics import FAMILY_LEVEL, ClaimTest, both_intervals
 
 NOTHING = 0.005  # an accuracy up to this is one of nothing read: the paper counts about 200 periods for each condition
 
@@ -39,7 +40,7 @@ def rises_at_each(*levels: Curve) -> ClaimTest:
             replace(found, ours=f"{found.ours} at {at:g}", broken=steps.broken)
             for at, found in ((at, test(tables, lo, hi)) for at, test in zip(places, each, strict=True))
         ]
-        return min(results, key=lambda result: (result.low or 0.0, result.value or 0.0))
+        return min(results, key=lambda result: (result.judged_low or 0.0, result.value or 0.0))
 
     return test
 
@@ -80,21 +81,15 @@ def mean_rises(*levels: Curve) -> ClaimTest:
     """
 
     def test(tables: Tables, lo: float, hi: float) -> ClaimResult:
-        rng = np.random.default_rng(0)
         curves = [level.cells(tables) for level in levels]
         means = [float(np.mean([cell.accuracy for cell in cells])) for cells in curves]
-        draws = [np.mean([cell.draws(rng) for cell in cells], axis=0) for cells in curves]
-        low, high = np.quantile(draws[-1] - draws[0], [0.025, 0.975])
-        beyond = 1 - 0.025 / (len(levels) - 1)
-        falls = [
-            f"{float(np.mean(then - first)):+.2g} in the mean"
-            for first, then in pairwise(draws)
-            if np.quantile(then - first, beyond) < 0
-        ]
-        value = means[-1] - means[0]
+        steps = [mean_difference(first, then) for first, then in pairwise(curves)]
+        strict = 1 - (1 - FAMILY_LEVEL) / len(steps)
+        falls = [f"{step:+.2g} in the mean" for step, interval in steps if interval(strict)[1] < 0]
+        value, interval = mean_difference(curves[0], curves[-1])
         return ClaimResult(
             ours=f"{', '.join(f'{mean:.3g}' for mean in means)}; rises by {value:+.2g}", value=value,
-            low=float(low), high=float(high), is_order=True, broken=", ".join(falls),
+            is_order=True, broken=", ".join(falls), **both_intervals(interval),
         )  # fmt: skip
 
     return test

@@ -1,16 +1,25 @@
 """A verdict for each claim of the paper, all by one rule.
 
-    reproduced        our value is within the claim's bounds [lo, hi]; a ">" leaves lo itself out
-    contradicted      our value and its whole 95 % interval are outside
-    undecided         our value is outside, but its interval reaches the bounds; or an order is a tie
+    reproduced        the whole interval of our value is within the claim's bounds [lo, hi], widened by a band
+    contradicted      the whole interval is outside these
+    undecided         the interval reaches across a bound
     depends on the reading   the sentence leaves two readings open, and they have different verdicts
     used as stated    the package or its trials take the value from the paper, so agreement is no evidence
     not testable here the package has no model of what the claim is about; the note says why
     no trials yet     the trials of the figure have not been run
 
+So "reproduced" and "contradicted" ask for the same certainty. The interval that is judged is wider than the 95 % one
+that is shown: 40 claims are judged by trials, and in 95 % of all cases none of the 40 intervals may miss its truth. So
+each end of one may fail in 1 of 1,600 cases (Bonferroni). Holm's rule would decide a little more, but then a verdict on
+one claim would depend on the trials of all others.
+
+The band is a difference that the paper itself cannot tell: 0.02 for accuracies (`statistics.ACCURACY_BAND`), 5 % for
+regions (`region_claims.RATIO_BAND`). Ranges have none: they are tested distances, and half of the gap to the next one,
+which the paper cannot tell, holds no other. Orders have none, either: their bound is 0.
+
 An order is judged by a difference that must be above 0. For ranges it is the difference of `ranges_m` at the step that
 rises least. For accuracies it is the difference of the last and the first level, averaged over the places that they
-share (see `bicode_studies.claims.statistics.accuracy_rises`); a single step that goes the wrong way by more than
+share (see `bicode_studies.claims.differences.accuracy_rises`); a single step that goes the wrong way by more than
 chance contradicts the order. A difference whose interval holds 0 is a tie. So an order is reproduced only if the whole
 interval is above 0.
 
@@ -44,18 +53,20 @@ COLUMNS = [
 
 
 def verdict(
-    value: float, low: float, high: float, lo: float, hi: float, *, above: bool = False, below: bool = False
+    low: float, high: float, lo: float, hi: float, *, above: bool = False, below: bool = False, band: float = 0.0
 ) -> str:
     """Return the verdict on a number.
 
     Parameters
     ----------
-    value, low, high : float
-        Our value and the ends of its 95 % interval.
+    low, high : float
+        Ends of the interval of our value.
     lo, hi : float
         Bounds of the claim.
     above, below : bool
         True if `lo`, or `hi`, itself is already outside.
+    band : float
+        By how much the bounds are widened.
 
     Returns
     -------
@@ -64,12 +75,13 @@ def verdict(
 
     Examples
     --------
-    >>> verdict(0.97, 0.95, 0.98, 0.99, 1), verdict(0.97, 0.95, 1, 0.99, 1), verdict(1, 0.98, 1, 0.99, 1)
-    ('contradicted', 'undecided', 'reproduced')
+    >>> [verdict(low, high, 0.9, 1, band=0.02) for low, high in ((0.89, 0.95), (0.85, 0.95), (0.8, 0.87))]
+    ['reproduced', 'undecided', 'contradicted']
     """
-    if _is_inside(value, lo, hi, above, below):
+    least, most = lo - band, hi + band
+    if (low > least if above else low >= least) and (high < most if below else high <= most):
         return REPRODUCED
-    reaches = (high > lo if above else high >= lo) and (low < hi if below else low <= hi)
+    reaches = (high > least if above else high >= least) and (low < most if below else low <= most)
     return UNDECIDED if reaches else CONTRADICTED
 
 
@@ -79,7 +91,7 @@ def order_verdict(low: float, high: float, broken: bool) -> str:
     Parameters
     ----------
     low, high : float
-        Ends of the 95 % interval of the difference.
+        Ends of the interval of the difference.
     broken : bool
         True if a single step goes the wrong way by more than chance.
 
@@ -96,11 +108,6 @@ def order_verdict(low: float, high: float, broken: bool) -> str:
     if broken or high < 0:
         return CONTRADICTED
     return REPRODUCED if low > 0 else UNDECIDED
-
-
-def _is_inside(value: float, lo: float, hi: float, above: bool, below: bool) -> bool:
-    """Tell whether a value is within bounds, of which `lo` or `hi` may itself be outside."""
-    return (value > lo if above else value >= lo) and (value < hi if below else value <= hi)
 
 
 def judge_claims(claims: pd.DataFrame, tables: Tables) -> pd.DataFrame:
@@ -211,11 +218,12 @@ def _verdict_of(result: ClaimResult, lo: float, hi: float, reading: Reading) -> 
     if result.holds is not None:
         agreed = AS_STATED if result.is_input else REPRODUCED
         return agreed if result.holds else CONTRADICTED
-    if result.value is None or result.low is None or result.high is None:
-        raise ValueError("a ClaimResult needs a value with its interval, `holds`, or `why_not`")
+    low, high = result.judged_low, result.judged_high
+    if low is None or high is None:
+        raise ValueError("a ClaimResult needs a value with its intervals, `holds`, or `why_not`")
     if result.is_order:
-        return order_verdict(result.low, result.high, bool(result.broken))
-    return verdict(result.value, result.low, result.high, lo, hi, above=reading.lo_open, below=reading.hi_open)
+        return order_verdict(low, high, bool(result.broken))
+    return verdict(low, high, lo, hi, above=reading.lo_open, below=reading.hi_open, band=result.band)
 
 
 def count_verdicts(judged: pd.DataFrame) -> pd.DataFrame:

@@ -18,7 +18,7 @@ from bicode_lab.paper import RANGES
 from bicode_studies.link_budget.budget import image_area_px, link_budget
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.scenes import WINDOW_RECEIVER, window_scene
-from bicode_studies.statistics import bootstrap
+from bicode_studies.statistics import interval_over_seeds
 from bicode_studies.trial import run
 
 STEP, WIDEST = 1.25, 5.0  # of the search for a crossing: factor between two distances, largest factor from the guess
@@ -154,7 +154,7 @@ def budget_beside_recordings(distances_m: Sequence[float], seeds: int, seed: int
     for distance_m in tqdm(distances_m, desc="recordings", disable=None, leave=False):
         budget = link_budget(distance_m=distance_m, seed=seed)
         shares = np.array([recorded_accuracy(distance_m, seed * 1000 + number) for number in range(seeds)])
-        low, high = bootstrap(shares, seeds * JUDGED_PERIODS, np.random.default_rng(seed))
+        low, high = interval_over_seeds(shares * JUDGED_PERIODS, np.full(seeds, JUDGED_PERIODS))
         rows.append(
             {"distance_m": distance_m, "budget": budget.accuracy, "recorded": shares.mean(), "low": low, "high": high,
              "events_on": budget.events_on}

@@ -24,7 +24,7 @@ from bicode_lab.events import Events, copy_events, slice_time
 from bicode_lab.recognition import Sighting, accumulate
 from bicode_lab.recognition.sighting import packet_rows
 from bicode_studies.score import Periods
-from bicode_studies.statistics import bootstrap, wilson
+from bicode_studies.statistics import interval_over_seeds, wilson
 from bicode_studies.trial import read
 from bicode_studies.what_if.choice import Choice, list_remarks
 
@@ -229,7 +229,7 @@ def _summarise(counts: list[dict[str, float]] | None) -> dict[str, float]:
 
 
 def share_with_interval(right: npt.NDArray[np.float64], periods: npt.NDArray[np.int64]) -> tuple[float, float, float]:
-    """Return the mean share of right periods, and the wider one of its 95 % intervals over seeds and over periods.
+    """Return the mean share of right periods with its 95 % interval over seeds.
 
     Parameters
     ----------
@@ -244,14 +244,11 @@ def share_with_interval(right: npt.NDArray[np.float64], periods: npt.NDArray[np.
     Examples
     --------
     >>> [round(value, 2) for value in share_with_interval(np.array([4.0, 5.0]), np.array([10, 10]))]
-    [0.45, 0.26, 0.66]
+    [0.45, 0.16, 0.84]
     """
     if np.isnan(right).any():
         return np.nan, np.nan, np.nan
-    shares, n = right / periods, int(periods.sum())
-    low, high = bootstrap(shares, n, np.random.default_rng(len(shares)))
-    low_of_periods, high_of_periods = wilson(right.sum(), n)
-    return float(shares.mean()), min(low, float(low_of_periods)), max(high, float(high_of_periods))
+    return float((right / periods).mean()), *interval_over_seeds(right, periods)
 
 
 def _record(scene: Scene, seed: int, seconds: float) -> Events:

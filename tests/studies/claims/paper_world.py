@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 DISTANCES_M = (0.5, 1, 2.5, 5, 7.5, 10, 15, 20, 25, 30, 35, 40, 50)
-SEEDS, PERIODS = 10, 200
+SEEDS, PERIODS = 300, 200  # from 265 seeds on, "all right" is certain to within 0.025
 Accuracy = Callable[[float], float]
 
 

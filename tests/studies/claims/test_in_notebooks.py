@@ -13,11 +13,11 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def trials(right: int) -> pd.DataFrame:
-    """Return trials of ten seeds with 20 periods, `right` of them right, at two distances and three angles."""
+    """Return trials of a hundred seeds with 20 periods, `right` of them right, at two distances and three angles."""
     rows = [
         {"figure": "09", "distance_m": d, "yaw_deg": yaw, "seed": seed, "receiver": "ours", "frame_rule_2d": "any",
          "periods": 20, "id_right": right, "marker_2d_right": right}
-        for d in (1.0, 2.5) for yaw in (0.0, 40.0, 80.0) for seed in range(10)
+        for d in (1.0, 2.5) for yaw in (0.0, 40.0, 80.0) for seed in range(100)
     ]  # fmt: skip
     return pd.DataFrame(rows)
 

@@ -115,11 +115,11 @@ def test_bounds_are_told_in_words(bounds: tuple[str, str, str, str], words: str)
 
 
 def static_trials(accuracies: dict[float, float]) -> dict[str, pd.DataFrame]:
-    """Return trials of Fig. 8 at 10.7 mA, of ten seeds that all have the same accuracy."""
+    """Return trials of Fig. 8 at 10.7 mA, of many seeds that all have the same accuracy."""
     rows = [
         {"distance_m": d, "seed": seed, "receiver": "ours", "frame_rule_2d": "any", "current_ma": 10.7,
          "periods": 2000, "id_right": 2000 * share, "marker_2d_right": 2000 * share}
-        for d, share in accuracies.items() for seed in range(10)
+        for d, share in accuracies.items() for seed in range(400)
     ]  # fmt: skip
     return {"08": pd.DataFrame(rows)}
 

@@ -30,14 +30,19 @@ def test_two_receivers_ranges_and_their_ratio_lie_in_their_intervals() -> None:
     columns = ["stressor", "level", "seed", "receiver", "periods", "right", "wrong_ids"]
     table = pd.DataFrame(rows, columns=columns)
     other = table.assign(stressor="loss", right=0)
-    found = receiver_ranges(pd.concat([other, table]), np.random.default_rng(0)).set_index("receiver")
+    found = receiver_ranges(pd.concat([other, table])).set_index("receiver")
     for receiver, at in (("paper", 20.0), ("soft", 30.0)):
         row = found.loc[receiver]
         assert row["range_m"] == pytest.approx(at, abs=0.5)
         assert row["low"] < row["range_m"] < row["high"]
         assert row["wrong_ids"] == 20 * DISTANCES.size
-    assert found.loc["paper", "times_paper"] == found.loc["paper", "times_low"] == 1
-    assert found.loc["soft", "times_low"] < 1.5 < found.loc["soft", "times_high"]
+    assert (found.loc["paper", ["times_paper", "times_low", "times_high"]] == 1).all()
+    low, high = found.loc["soft", ["times_low", "times_high"]]
+    assert low < 1.5 < high
+    logs = np.log(found[["range_m", "low", "high"]].to_numpy(float))  # of the paper's receiver, of the soft one
+    middle = logs[1, 0] - logs[0, 0]
+    assert np.log(low) == pytest.approx(middle - np.hypot(logs[1, 0] - logs[1, 1], logs[0, 2] - logs[0, 0]))
+    assert np.log(high) == pytest.approx(middle + np.hypot(logs[1, 2] - logs[1, 0], logs[0, 0] - logs[0, 1]))
 
 
 def test_a_receiver_without_a_range_has_no_ratio() -> None:
@@ -48,6 +53,6 @@ def test_a_receiver_without_a_range_has_no_ratio() -> None:
         for distance in DISTANCES
     ]
     columns = ["stressor", "level", "seed", "receiver", "periods", "right", "wrong_ids"]
-    paper, soft = receiver_ranges(pd.DataFrame(rows, columns=columns), np.random.default_rng(0)).to_dict("records")
+    paper, soft = receiver_ranges(pd.DataFrame(rows, columns=columns)).to_dict("records")
     assert (paper["range_m"], soft["range_m"]) == (0.0, DISTANCES[-1])
     assert np.isnan([paper["times_paper"], soft["times_paper"], soft["times_low"], soft["times_high"]]).all()
