@@ -72,7 +72,6 @@ class Workshop:
             for line in self.store.read_text(encoding="utf-8").splitlines():
                 result = json.loads(line)
                 self.finished[result["key"]] = result
-        self.limit_s = float(FIRST_LIMIT_S)
 
     def pytest(self, tests: list[str], limit_s: float) -> dict[str, object]:
         """Run tests in the tree as it is."""
@@ -88,25 +87,26 @@ class Workshop:
             process.kill()
         self.server.wait()
 
-    def check_unchanged(self, tests: list[str]) -> None:
-        """Run all tests of a part on the unchanged code, which must pass, and derive the time limit from that."""
+    def limit_s(self, tests: list[str]) -> float:
+        """Return the time limit of a part, from its tests on the unchanged code, which must pass."""
         key = "unchanged " + self._digest_of_all(tests)
-        answer = self.finished.get(key) or {**self.pytest(tests, FIRST_LIMIT_S), "key": key}
-        if answer["outcome"] != "passed":
-            raise click.ClickException(f"the unchanged code: {answer['outcome']} {answer['by']}")
         if key not in self.finished:
-            self._keep(answer)
-        self.limit_s = LIMIT_SHARE * float(str(answer["seconds"])) + LIMIT_EXTRA_S
+            answer = self.pytest(tests, FIRST_LIMIT_S)
+            if answer["outcome"] != "passed":
+                raise click.ClickException(f"the unchanged code: {answer['outcome']} {answer['by']}")
+            self._keep({**answer, "key": key})
+        return LIMIT_SHARE * float(str(self.finished[key]["seconds"])) + LIMIT_EXTRA_S
 
-    def result(self, mutant: Mutant) -> dict[str, object]:
+    def result(self, mutant: Mutant, tests_of_part: list[str]) -> dict[str, object]:
         """Return the outcome of a mutant, from the store or from its tests."""
         tests = asked_tests(self.tree, mutant.file)
         key = self._digest(mutant.file, *map(str, (mutant.start, mutant.end, mutant.text)), *mutant.name)
         known = self.finished.get(key)
         if known and known["tests"] == self._digest_of_tests(str(known["by"]), tests):
             return known
+        limit_s = self.limit_s(tests_of_part)
         with self._changed(mutant):
-            answer = self.pytest(tests, self.limit_s)
+            answer = self.pytest(tests, limit_s)
         by = str(answer["by"])
         known = {**answer, "key": key, "tests": self._digest_of_tests(by, tests)}
         self._keep(known)
@@ -171,14 +171,11 @@ def copy_tree(source: Path, tree: Path) -> None:
             shutil.copy2(source / name, tree / name)
 
 
-def try_part(workshop: Workshop, part: str, mutants: list[Mutant]) -> Iterator[dict[str, object]]:
-    """Yield a row of the table for each mutant of a part."""
-    tests = [
-        test for file in dict.fromkeys(mutant.file for mutant in mutants) for test in asked_tests(workshop.tree, file)
-    ]
-    workshop.check_unchanged(list(dict.fromkeys(tests)))
+def try_part(workshop: Workshop, part: str, mutants: list[Mutant], files: list[str]) -> Iterator[dict[str, object]]:
+    """Yield a row of the table for each mutant of a part, which has these files."""
+    tests = list(dict.fromkeys(test for file in files for test in asked_tests(workshop.tree, file)))
     for mutant in mutants:
-        result = workshop.result(mutant)
+        result = workshop.result(mutant, tests)
         outcome = "noticed" if result["outcome"] == "failed" else "survived"
         click.echo(f"{result['seconds']:>6} s  {outcome:8}  {mutant.file}:{mutant.line}  {mutant.change}")
         row = {"part": part, "file": mutant.file, "line": mutant.line, "function": mutant.function}
@@ -204,7 +201,7 @@ def main(parts: tuple[str, ...], per_part: int, full: bool, seed: int, root: Pat
         for part in parts or PARTS:
             chosen = sample(every[part], len(every[part]) if full or part in ALL_OF else per_part, seed)
             rows[part] = []
-            for new in try_part(workshop, part, chosen):
+            for new in try_part(workshop, part, chosen, list(dict.fromkeys(mutant.file for mutant in every[part]))):
                 rows[part].append(new)
     finally:
         workshop.close()
