@@ -1,49 +1,88 @@
-"""Plots of the calibration: misfits of candidates, accuracies over a constant, and curves of events per blink."""
+"""Plots of the calibration: the posterior of constants, accuracies over a constant, and curves of events per blink."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter, NullLocator
 
+from bicode_lab.constants import all_constants
+from bicode_studies.calibration.candidates import WHOLE
+from bicode_studies.calibration.prior import SHAPES, candidates_at, prior_of_constants
+
 STYLES = (("#0072B2", "o", "-"), ("#D55E00", "s", "--"), ("#009E73", "^", "-."), ("#CC79A7", "D", ":"))
+BARS = 20  # of a distribution, about
+PRIOR_DRAWS = 4000
 LEAST_EVENTS = 0.1  # of a blink; points below are not drawn
 
 
-def draw_misfit(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str, most: float) -> Axes:
-    """Draw the misfit of each candidate over one of its constants, and the value in use as a line.
+def draw_marginal(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str) -> Axes:
+    """Draw how the posterior of a constant is distributed, its prior, and the value in use as a line.
 
     Parameters
     ----------
     table : DataFrame
-        As `search.calibrate` returns it: the constants, ``blocks``, cells (nan where a candidate was given up),
-        ``sum``.
+        As `posterior.posterior_table` returns it: ``weight`` and the constants.
     in_use : float
         The value in use of the constant.
     ax : Axes
     by : str
         Name of the constant.
-    most : float
-        End of the axis of misfits; larger misfits are drawn there.
 
     Returns
     -------
     Axes
     """
-    given_up = table.isna().any(axis=1)
-    again = ~given_up & (table["blocks"] > table["blocks"].min())
-    kinds: tuple[tuple[str, pd.Series[bool], dict[str, Any]], ...] = (
-        ("given up (at least)", given_up, {"marker": "^", "color": "0.6", "markerfacecolor": "none", "markersize": 4}),
-        ("tried once", ~given_up & ~again, {"marker": "o", "color": "#0072B2", "markersize": 5}),
-        ("tried again", again, {"marker": "D", "color": "#D55E00", "markersize": 6}),
-    )
-    for label, rows, style in kinds:
-        ax.plot(table.loc[rows, by], table.loc[rows, "sum"].clip(upper=most), linestyle="none", label=label, **style)
+    bins, is_log = _bins(by)
+    heights, _ = np.histogram(table[by], bins, weights=table["weight"])
+    ax.stairs(heights, bins, fill=True, color="#0072B2", alpha=0.6, label="posterior")
+    drawn = [
+        getattr(one, by) for one in candidates_at(prior_of_constants().draw(PRIOR_DRAWS, np.random.default_rng(0)))
+    ]
+    ax.stairs(np.histogram(drawn, bins)[0] / len(drawn), bins, color="0.4", linestyle="--", label="prior")
     ax.axvline(in_use, color="black", linewidth=1, label="in use")
-    ax.set(xlabel=by, ylabel="misfit of Fig. 8's claims (sum)", ylim=(0, most * 1.04))
+    ax.set(xlabel=by, ylabel="share", xscale="log" if is_log else "linear")
+    if is_log:
+        ax.xaxis.set_minor_formatter(NullFormatter())
+    return ax
+
+
+def _bins(name: str) -> tuple[npt.NDArray[np.float64], bool]:
+    """Return the borders of the bars for a constant, and whether they are even on a logarithmic axis."""
+    one = all_constants()[name]
+    if name in WHOLE:
+        step = max(1, round((one.high - one.low + 1) / BARS))
+        return np.arange(one.low, one.high + step + 1, step) - 0.5, False
+    if SHAPES[name][0].startswith("log-"):
+        return np.geomspace(one.low, one.high, BARS + 1), True
+    return np.linspace(one.low, one.high, BARS + 1), False
+
+
+def draw_trade(table: pd.DataFrame, ax: Axes, *, x: str, y: str) -> Axes:
+    """Draw the sets of a posterior in the plane of two constants; the area of a point is its weight.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `posterior.posterior_table` returns it.
+    ax : Axes
+    x, y : str
+        Names of the constants.
+
+    Returns
+    -------
+    Axes
+    """
+    area = 20 * table["weight"] / table["weight"].mean()
+    ax.scatter(table[x], table[y], s=area, color="#0072B2", alpha=0.6, linewidth=0)
+    chosen = table[table["is_medoid"] == 1]
+    ax.plot(chosen[x], chosen[y], linestyle="none", marker="D", color="black", markerfacecolor="none", label="medoid")
+    scales = {name: "log" if name in SHAPES and SHAPES[name][0].startswith("log-") else "linear" for name in (x, y)}
+    ax.set(xlabel=x, ylabel=y, xscale=scales[x], yscale=scales[y])
     return ax
 
 

@@ -6,7 +6,7 @@ was tried is kept in the store, so a run that is stopped goes on where it was.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -125,6 +125,29 @@ def posterior_table(found: Population, trials: Trials) -> pd.DataFrame:
     return table[[*COLUMNS, *cells]].sort_values("weight", ascending=False, kind="stable", ignore_index=True)
 
 
+def quantiles(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+    """Return where the weighted sets of a posterior lie.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `posterior_table` returns it.
+    names : iterable of str
+        Columns.
+
+    Returns
+    -------
+    DataFrame
+        One row for each name: ``5 %``, ``median`` and ``95 %``.
+    """
+    rows = {}
+    for name in names:
+        ranked = table.sort_values(name)
+        below = ranked["weight"].cumsum().to_numpy()
+        rows[name] = [float(ranked[name].iloc[int(np.searchsorted(below, share))]) for share in (0.05, 0.5, 0.95)]
+    return pd.DataFrame(rows, index=["5 %", "median", "95 %"]).T
+
+
 def tension(table: pd.DataFrame) -> dict[str, float]:
     """Return how the posterior and the measured latencies disagree about the time constant.
 
@@ -139,9 +162,7 @@ def tension(table: pd.DataFrame) -> dict[str, float]:
         ``z`` and ``z_low``, ``z_high``: weighted median, 5 % and 95 % quantile of ``latency_z``; ``probability``: that
         which is left, of 1/2, for the reading that the irradiance of the source is that at the sensor.
     """
-    ranked = table.sort_values("latency_z")
-    below = ranked["weight"].cumsum().to_numpy()
-    low, middle, high = (float(ranked["latency_z"].iloc[int(np.searchsorted(below, q))]) for q in (0.05, 0.5, 0.95))
+    low, middle, high = quantiles(table, ["latency_z"]).loc["latency_z"]
     like = np.exp(-0.5 * table["latency_z"] ** 2)
     probability = float((table["weight"] * like / (1 + like)).sum())
     return {"z": middle, "z_low": low, "z_high": high, "probability": probability}

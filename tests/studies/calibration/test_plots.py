@@ -1,13 +1,14 @@
-"""Misfits, readings and blinks: what is drawn is what was given."""
+"""Posteriors, readings and blinks: what is drawn is what was given."""
 
 from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bicode_studies.calibration.plots import draw_blinks, draw_misfit, draw_readings
+from bicode_studies.calibration.plots import draw_blinks, draw_marginal, draw_readings, draw_trade
 
 
 def lines_of(ax: Axes) -> dict[str, list[tuple[float, float]]]:
@@ -18,14 +19,30 @@ def lines_of(ax: Axes) -> dict[str, list[tuple[float, float]]]:
     }
 
 
-def test_candidates_are_points_of_three_kinds_and_the_value_in_use_a_line() -> None:
-    rows = [(0.8, 3, 0.9, 0.1), (0.9, 1, 0.8, 0.3), (1.0, 1, np.nan, 0.7), (1.1, 1, np.nan, 5.0)]
-    table = pd.DataFrame(rows, columns=["blur_px", "blocks", "2D 10.7 mA 1 m", "sum"])
-    lines = lines_of(draw_misfit(table, 0.8, Figure().subplots(), by="blur_px", most=1.0))
-    assert lines["tried again"] == [(0.8, 0.1)]
-    assert lines["tried once"] == [(0.9, 0.3)]
-    assert lines["given up (at least)"] == [(1.0, 0.7), (1.1, 1.0)]
-    assert [x for x, _ in lines["in use"]] == [0.8, 0.8]
+SETS = pd.DataFrame({
+    "weight": [0.5, 0.3, 0.2], "is_medoid": [0, 1, 0], "blur_px": [0.31, 1.0, 1.01], "halo_fraction": [0.0, 0.05, 0.1],
+    "aruco_id": [0, 17, 49], "min_region_pixels": [1, 15, 40], "opening_px": [0, 3, 5],
+})  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["blur_px", "halo_fraction", "aruco_id", "min_region_pixels", "opening_px"])
+def test_bars_hold_all_of_the_posterior_and_of_the_prior(name: str) -> None:
+    ax = draw_marginal(SETS, SETS[name][1], Figure().subplots(), by=name)
+    posterior, prior = (patch.get_data() for patch in ax.patches)
+    assert posterior.values.sum() == pytest.approx(1)
+    assert prior.values.sum() == pytest.approx(1)
+    assert posterior.values[np.searchsorted(posterior.edges, SETS[name][0], side="right") - 1] == pytest.approx(0.5)
+    assert [x for x, _ in lines_of(ax)["in use"]] == [SETS[name][1]] * 2
+    assert ax.get_xscale() == ("log" if name == "blur_px" else "linear")
+
+
+def test_the_area_of_a_point_is_its_weight() -> None:
+    ax = draw_trade(SETS, Figure().subplots(), x="blur_px", y="halo_fraction")
+    (points,) = ax.collections
+    areas = points.get_sizes()
+    assert list(areas / areas.sum()) == pytest.approx([0.5, 0.3, 0.2])
+    assert lines_of(ax)["medoid"] == [(1.0, 0.05)]
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "linear")
 
 
 def test_readings_have_bars_and_the_value_in_use() -> None:

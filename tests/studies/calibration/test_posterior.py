@@ -20,6 +20,7 @@ from bicode_studies.calibration.posterior import (
     Trials,
     calibrate,
     posterior_table,
+    quantiles,
     tension,
     terms_in_use,
     tried_table,
@@ -122,6 +123,15 @@ def test_the_tension_is_that_of_the_weighted_sets() -> None:
     assert (found["z"], found["z_low"], found["z_high"]) == (-2.0, -4.0, 0.0)
     left = [1 / (1 + np.exp(0.5 * z**2)) for z in table["latency_z"]]
     assert found["probability"] == pytest.approx(float(np.dot(table["weight"], left)))
+
+
+def test_quantiles_are_weighted() -> None:
+    table = pd.DataFrame(
+        {"weight": [0.04, 0.48, 0.4, 0.08], "one": [1.0, 2.0, 3.0, 9.0], "other": [9.0, 8.0, 7.0, 1.0]}
+    )
+    found = quantiles(table, ["one", "other"])
+    assert found.loc["one"].tolist() == [2.0, 2.0, 9.0]
+    assert found.loc["other"].tolist() == [1.0, 8.0, 8.0]
 
 
 def test_the_rule_is_the_one_that_was_written_down() -> None:
