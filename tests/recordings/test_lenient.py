@@ -59,6 +59,17 @@ def test_one_false_time_high_does_not_carry_the_clock_away(tmp_path):
         open_recording(tmp_path / "a.raw").read()
 
 
+@pytest.mark.parametrize("false", [0xFFF, 0xFFE, 0xF3F])
+def test_a_false_first_time_high_costs_the_events_under_it(tmp_path, false):
+    """No time word stands before it, so it cannot be mended. The last value of the clock is checked as all are."""
+    body = [word for high in range(0xEFF, 0xF0B) for word in (0x8000 | high, 0x6001, 0x0005, 0x2001)]
+    good, _ = lenient(tmp_path / "a.raw", evt3(*body))
+    body[0] = 0x8000 | false
+    rows, dropped = lenient(tmp_path / "a.raw", evt3(*body))
+    assert rows == good[1:]
+    assert dropped["time words that those after them contradict"] == 1
+
+
 def test_two_false_time_words_side_by_side_do_not_agree(tmp_path):
     """Two damaged time words in one place must not outweigh the time words after them."""
     body = [word for high in range(12) for word in (0x8000 | high, 0x6001, 0x0005, 0x2001)]
