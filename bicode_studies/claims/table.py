@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from bicode_studies.claims.readings import DEPENDS, by_reading
-from bicode_studies.claims.verdicts import VERDICTS, count_verdicts
+from bicode_studies.claims.beside_null import CLASSES, counts_by_class, summary_line, verdict_text
+from bicode_studies.claims.readings import by_reading
 from bicode_studies.paper_experiments.results import FIGURES, read_results
 from bicode_studies.repository import repository_root
 
@@ -21,18 +21,20 @@ HEAD = """# The paper's claims, judged by our trials
 This file is generated: `bicode claims --write`. The claims are in `data/paper_claims.csv`, the trials in `results/`;
 [Reading the claims](reading_the_claims.md) says how a sentence of the paper became bounds. One rule judges all of them:
 
-- **reproduced**: our value is within the claim's bounds, or our facts and orders are as the paper says.
-- **contradicted**: our value and its whole 95 % interval are outside the bounds.
-- **undecided**: our value is outside, but its interval reaches the bounds; or an order is a tie.
+- **reproduced**: the whole interval of our value is within the claim's bounds, or our facts are as the paper says. The
+  bounds are widened by what the paper itself cannot tell: 0.02 of an accuracy, 5 % of a region.
+- **contradicted**: the whole interval is outside these bounds.
+- **undecided**: the interval reaches across a bound, or an order is a tie. The interval that is judged is wider than the
+  95 % one that is shown, since 39 numbers and orders are judged.
 - **depends on the reading**: the sentence leaves two readings open, a and b, and their verdicts differ.
 - **used as stated**: the package or its trials take this value from the paper, so agreement is no evidence.
 - **not testable here**: the package has no model of what the claim is about.
 
 What agreement is worth depends on the class of the claim, which `data/README.md` explains; `class_why` in the table of
-claims has the reason for each.
+claims has the reason for each. The *null model* is made of geometry and five numbers, without a sensor and a receiver
+(`bicode_studies/claims/null_model.py`), and is judged by the same rule. A claim that it reproduces, too, does not say
+that our camera is right.
 """
-CLASSES = ("tests the model", "follows from a fit", "calibrated on")
-"""The classes of numbers and orders."""
 
 
 def read_claims() -> pd.DataFrame:
@@ -104,30 +106,13 @@ def interval_text(row: Mapping[Any, Any]) -> str:
     return by_reading([f"{low:.3g} .. {high:.3g}" for low, high in ends if pd.notna(low)] or [""])
 
 
-def verdict_text(row: Mapping[Any, Any]) -> str:
-    """Return the verdict on a claim, with those on its readings where these differ.
-
-    Parameters
-    ----------
-    row : mapping
-        A row of `judge_claims`.
-
-    Returns
-    -------
-    str
-    """
-    if row["verdict"] != DEPENDS:
-        return str(row["verdict"])
-    return f"{DEPENDS}: {by_reading([row['verdict_a'], row['verdict_b']])}"
-
-
 def as_text(judged: pd.DataFrame) -> str:
-    """Return the verdicts as a table for the terminal, with the counts below it.
+    """Return the verdicts as a table for the terminal, with the counts of each class below it.
 
     Parameters
     ----------
     judged : DataFrame
-        Rows of `judge_claims`.
+        Rows of `judge_beside_null`.
 
     Returns
     -------
@@ -141,11 +126,12 @@ def as_text(judged: pd.DataFrame) -> str:
             "ours": judged["ours"],
             "95 %": [interval_text(row) for row in judged.to_dict("records")],
             "verdict": [verdict_text(row) for row in judged.to_dict("records")],
+            "null model": judged["null_model"],
             "class": judged["class"],
             "note": judged["note"].map(_shortened),
         }
     )
-    return f"{shown.to_string(index=False)}\n\n{count_verdicts(judged).to_string()}"
+    return f"{shown.to_string(index=False)}\n\n{counts_by_class(judged).to_string()}"
 
 
 def _shortened(text: str) -> str:
@@ -159,7 +145,7 @@ def as_json(judged: pd.DataFrame) -> str:
     Parameters
     ----------
     judged : DataFrame
-        Rows of `judge_claims`.
+        Rows of `judge_beside_null`.
 
     Returns
     -------
@@ -176,14 +162,14 @@ def as_markdown(judged: pd.DataFrame) -> str:
     Parameters
     ----------
     judged : DataFrame
-        Rows of `judge_claims`.
+        Rows of `judge_beside_null`.
 
     Returns
     -------
     str
     """
-    head = "| claim | the paper | tested | ours | 95 % | verdict |\n|---|---|---|---|---|---|"
-    parts = [headline(judged)]
+    head = "| claim | the paper | tested | ours | 95 % | verdict | null model |\n|---|---|---|---|---|---|---|"
+    parts = [summary_line(judged), "", *_counts_lines(judged)]
     for label in CLASSES:
         parts += ["", f"## Claims: {label}", "", head, *_lines(judged[judged["class"] == label])]
     rest = judged[~judged["class"].isin(CLASSES)]
@@ -196,7 +182,7 @@ def as_page(judged: pd.DataFrame) -> str:
     Parameters
     ----------
     judged : DataFrame
-        Rows of `judge_claims`.
+        Rows of `judge_beside_null`.
 
     Returns
     -------
@@ -205,25 +191,12 @@ def as_page(judged: pd.DataFrame) -> str:
     return f"{HEAD}\n{as_markdown(judged)}\n"
 
 
-def headline(judged: pd.DataFrame) -> str:
-    """Return in words how many claims of each class have each verdict.
-
-    Parameters
-    ----------
-    judged : DataFrame
-        Rows of `judge_claims`.
-
-    Returns
-    -------
-    str
-        One line of markdown for each class of numbers and orders.
-    """
-    lines = []
-    for label in CLASSES:
-        counts = judged.loc[judged["class"] == label, "verdict"].value_counts()
-        listed = ", ".join(f"{counts[each]} {each}" for each in VERDICTS if each in counts)
-        lines.append(f"- **{label}**, {counts.sum()} claims: {listed}.")
-    return "\n".join(lines)
+def _counts_lines(judged: pd.DataFrame) -> list[str]:
+    """Return `counts_by_class` as the lines of a markdown table."""
+    counts = counts_by_class(judged)
+    rows = [("class", "", *counts.columns), ("---",) * (2 + counts.shape[1])]
+    rows += [(*names, *map(str, row)) for names, row in zip(counts.index, counts.to_numpy(), strict=True)]
+    return ["| " + " | ".join(row) + " |" for row in rows]
 
 
 def _lines(judged: pd.DataFrame) -> list[str]:
@@ -231,6 +204,7 @@ def _lines(judged: pd.DataFrame) -> list[str]:
     rows = []
     for row in judged.to_dict("records"):
         found = verdict_text(row) + (f" ({row['note']})" if row["note"] else "")
-        cells = (row["id"], row["claim"], row["tested"], row["ours"], interval_text(row), found)
+        null = row["null_model"] + (f" ({row['null_ours']})" if row["null_ours"] else "")
+        cells = (row["id"], row["claim"], row["tested"], row["ours"], interval_text(row), found, null)
         rows.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
     return rows

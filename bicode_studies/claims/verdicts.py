@@ -224,22 +224,3 @@ def _verdict_of(result: ClaimResult, lo: float, hi: float, reading: Reading) -> 
     if result.is_order:
         return order_verdict(low, high, bool(result.broken))
     return verdict(low, high, lo, hi, above=reading.lo_open, below=reading.hi_open, band=result.band)
-
-
-def count_verdicts(judged: pd.DataFrame) -> pd.DataFrame:
-    """Count the verdicts.
-
-    Parameters
-    ----------
-    judged : DataFrame
-        Rows of `judge_claims`.
-
-    Returns
-    -------
-    DataFrame
-        A row for numbers and orders and one for all other claims; a column for each verdict that occurs.
-    """
-    measured = judged["kind"].isin(["number", "order"])
-    kinds = measured.map({True: "numbers and orders", False: "facts, rules and parameters"})
-    counts = pd.crosstab(kinds, judged["verdict"]).reindex(columns=VERDICTS, fill_value=0)
-    return counts.loc[:, (counts > 0).any()].rename_axis(index="", columns="")

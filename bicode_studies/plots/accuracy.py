@@ -171,7 +171,7 @@ def draw_stated(
     Parameters
     ----------
     points : DataFrame
-        Rows of `bicode_studies.claims.points`.
+        Rows of `bicode_studies.claims.in_notebooks.stated_points`.
     ax : Axes
         Where to draw.
     kind : {"blinker", "2d"}

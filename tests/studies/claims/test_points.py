@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from bicode_lab import paper
-from bicode_studies.claims.points import stated_points
+from bicode_studies.claims.in_notebooks import stated_points
 from bicode_studies.claims.table import read_claims
 
 
