@@ -24,8 +24,8 @@ This file is generated: `bicode claims --write`. The claims are in `data/paper_c
 - **reproduced**: the whole interval of our value is within the claim's bounds, or our facts are as the paper says. The
   bounds are widened by what the paper itself cannot tell: 0.02 of an accuracy, 5 % of a region.
 - **contradicted**: the whole interval is outside these bounds.
-- **undecided**: the interval reaches across a bound, or an order is a tie. The interval that is judged is wider than the
-  95 % one that is shown, since 39 numbers and orders are judged.
+- **undecided**: the interval reaches across a bound, or an order is a tie. The interval that is judged is wider than
+  the 95 % one that is shown, since 39 numbers and orders are judged.
 - **depends on the reading**: the sentence leaves two readings open, a and b, and their verdicts differ.
 - **used as stated**: the package or its trials take this value from the paper, so agreement is no evidence.
 - **not testable here**: the package has no model of what the claim is about.
