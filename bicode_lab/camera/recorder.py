@@ -26,9 +26,9 @@ from bicode_lab.events import Events, join
 CHUNK_US = 10_000
 STEPS_PER_SPAN = 20  # images held in memory at once; it also keeps paths short enough for the extremes of a wall
 BUFFER_EVENTS = 1 << 20
-FORGET_PACKETS = 8  # after so many packets a pixel that always fires has forgotten how it started
+FORGET_PACKETS = 3  # after so many packets a pixel that always fires has forgotten how it started
 MOVING_SETTLE_US = 100_000
-SPARSE_PIXELS = 14_400  # about so many pixels, spread over the image, are run for long before a moving wall ...
+SPARSE = 8  # one pixel in each square of so many is run for long before a moving wall ...
 WALL_SETTLE_PX = 800.0  # ... so long a way
 MEMORY_TIME_CONSTANTS = 10.0  # after so many time constants the level of a pixel no longer depends on its past
 
@@ -173,10 +173,8 @@ class Recorder:
     def _copy_long_run(self, end: int) -> None:
         """Take the references from a sparse sensor that has passed the wall for long, without markers and lamps."""
         optics, wall_alone = self.scene.optics, replace(self.scene, markers=(), lamps=())
-        shape = optics.height, optics.width
-        pitch = max(round((shape[0] * shape[1] / SPARSE_PIXELS) ** 0.5), 1)
-        small = -(-shape[0] // pitch), -(-shape[1] // pitch)
-        coarse = replace(optics, height=small[0], width=small[1], pitch_um=pitch * optics.pitch_um)
+        small, shape = (-(-optics.height // SPARSE), -(-optics.width // SPARSE)), (optics.height, optics.width)
+        coarse = replace(optics, height=small[0], width=small[1], pitch_um=SPARSE * optics.pitch_um)
         sample = Recorder(replace(wall_alone, optics=coarse), 1.0, self._rng)
         way_us = WALL_SETTLE_PX / max(wall_alone.speed_px_per_s(), WALL_SETTLE_PX / 10) * 1e6
         sample._run_unseen(end - round(way_us), end, wall_alone.motion_steps)

@@ -141,20 +141,20 @@ class Strays:
             ]
         )
         times = start_us + rng.random(is_on.size) * (end_us - start_us)
-        places, late = self._leaked(end_us, followed)
+        places, late = self._leaked(start_us, end_us, followed)
         codes = np.concatenate([2 * np.concatenate([everywhere, hot]) + is_on, 2 * places + 1])
         return codes.astype(np.uint32), np.concatenate([times, late])
 
-    def _leaked(self, end_us: float, followed: Callable[[], Flags]) -> tuple[I8, Floats]:
+    def _leaked(self, start_us: float, end_us: float, followed: Callable[[], Flags]) -> tuple[I8, Floats]:
         """Let the references leak where it is time to; return places and times of the ON events that this causes."""
-        leak_hz, since_us = self._model.leak_hz, self.leaked_us
-        if leak_hz == 0 or since_us >= end_us:
+        leak_hz = self._model.leak_hz
+        if leak_hz == 0 or self.leaked_us > start_us:
             return np.empty(0, np.int64), np.empty(0)
-        ahead_us = max(end_us - since_us, min(LEAK_US, LEAK_STEP / leak_hz * 1e6))
+        ahead_us = max(end_us - start_us, min(LEAK_US, LEAK_STEP / leak_hz * 1e6))
         state = self._state
         places = leak(state.level, state.reference, state.threshold_on, ahead_us * 1e-6 * leak_hz, followed())
-        self.leaked_us = since_us + ahead_us
-        return places, since_us + self._rng.random(places.size) * ahead_us
+        self.leaked_us = start_us + ahead_us
+        return places, start_us + self._rng.random(places.size) * ahead_us
 
 
 @njit(cache=True)

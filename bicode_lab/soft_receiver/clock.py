@@ -13,54 +13,43 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.recognition.led_state import edge_gates
+
 Floats = npt.NDArray[np.float64]
-Marks = npt.NDArray[np.float64]
-"""What each bin says: above 0 ON, below 0 OFF, 0 nothing, at most 1 in magnitude; shape (n,)."""
+Marks = npt.NDArray[np.int8]
+"""What each bin says: +1 ON, -1 OFF, 0 nothing; shape (n,)."""
 
 MAX_ERROR_PPM = 1100.0  # +-1000, and the width of the line
 BLOCK_CHIPS = 32  # 1000 ppm rotate the line by 12 degrees within a block
-WHOLE_MARK = 0.5  # of the lead of a usual bin; from there on, a bin gives a whole mark
 OVERSAMPLING = 8  # frequencies that are tried within the width of a line
 
 
-def lead_marks(n_on: npt.ArrayLike, n_off: npt.ArrayLike) -> Marks:
-    """Turn ON and OFF counts into marks: above 0 where ON leads, below 0 where OFF leads, 0 where neither does (II-B).
+def lead_marks(n_on: npt.ArrayLike, n_off: npt.ArrayLike, gate: float = 0.0) -> Marks:
+    """Turn ON and OFF counts into marks: +1 where ON leads, -1 where OFF leads, 0 where neither does (II-B).
 
-    A bin whose lead is at least a half of a usual one gives a whole mark, +1 or -1: a readout that is full sends its
-    events in bursts, so the number of events of an edge varies much more than a Poisson count does. A smaller lead
-    gives a part of a mark, so that one stray event beside edges of forty events says as little as it should. A usual
-    lead is the one that half of all leading events have or exceed in their bins; it is found for each polarity.
+    A bin gives one mark, however many events it holds: a readout that is full sends its events in bursts, and so the
+    number of events of an edge varies much more than a Poisson count does.
 
     Parameters
     ----------
     n_on, n_off : array_like, shape (n,)
         Counts in each bin.
+    gate : float
+        Fraction 0 .. 1 of the lead of a usual edge below which a bin gives no mark, see `led_state.edge_gates`: the box
+        of a near marker holds thousands of pixels, and one stray event among them must not be a mark.
 
     Returns
     -------
-    ndarray of float64, shape (n,)
-        -1 .. 1.
+    ndarray of int8, shape (n,)
 
     Examples
     --------
     >>> lead_marks([3, 0, 1, 0], [0, 2, 1, 0])
-    array([ 1., -1.,  0.,  0.])
-    >>> lead_marks([40, 0, 1, 0, 40], [0, 30, 0, 3, 0])
-    array([ 1.  , -1.  ,  0.05, -0.2 ,  1.  ])
+    array([ 1, -1,  0,  0], dtype=int8)
     """
-    lead = np.asarray(n_on, np.float64) - np.asarray(n_off, np.float64)
-    return np.minimum(lead / _whole_mark(lead), 1.0) * (lead > 0) - np.minimum(-lead / _whole_mark(-lead), 1.0) * (
-        lead < 0
-    )
-
-
-def _whole_mark(lead: Floats) -> float:
-    """Return the lead from which a bin gives a whole mark; leads of the other polarity are below 0."""
-    rising = np.sort(lead[lead > 0])
-    if not rising.size:
-        return 1.0
-    held = np.cumsum(rising)
-    return float(WHOLE_MARK * rising[np.searchsorted(held, held[-1] / 2)])
+    lead = np.asarray(n_on, np.int64) - np.asarray(n_off, np.int64)
+    gate_on, gate_off = edge_gates(n_on, n_off, gate)
+    return (lead > gate_on).astype(np.int8) - (lead < -gate_off).astype(np.int8)
 
 
 def find_chips(marks: Marks, bin_us: float, chip_us: float) -> tuple[Floats, float, float]:
@@ -68,7 +57,7 @@ def find_chips(marks: Marks, bin_us: float, chip_us: float) -> tuple[Floats, flo
 
     Parameters
     ----------
-    marks : ndarray of float64, shape (n,)
+    marks : ndarray of int8, shape (n,)
         See `lead_marks`.
     bin_us, chip_us : float
         Length of a bin and nominal length of a chip [us].
@@ -87,7 +76,7 @@ def find_chips(marks: Marks, bin_us: float, chip_us: float) -> tuple[Floats, flo
     marked = np.flatnonzero(marks)
     if not marked.size:
         return np.asarray(middles_us / chip_us, np.float64), 0.0, 0.0
-    phasors = np.abs(marks[marked]) * np.exp(2j * np.pi * middles_us[marked] / chip_us)
+    phasors = np.exp(2j * np.pi * middles_us[marked] / chip_us)
     block = np.minimum((middles_us[marked] / (BLOCK_CHIPS * chip_us)).astype(np.int64), n_blocks - 1)
     is_on = marks[marked] > 0
     lines = [_block_sums(phasors[side], block[side], n_blocks) for side in (is_on, ~is_on)]
@@ -103,7 +92,7 @@ def find_chips(marks: Marks, bin_us: float, chip_us: float) -> tuple[Floats, flo
     best = np.vdot(np.exp(-2j * np.pi * rate * (np.arange(n_blocks) + 0.5) * BLOCK_CHIPS), line)
     nominal = middles_us / chip_us
     chips: Floats = nominal * (1 + rate) - np.angle(best) / (2 * np.pi)
-    return chips, -rate * 1e6, float(2 * abs(best) ** 2 / (marks**2).sum())
+    return chips, -rate * 1e6, float(2 * abs(best) ** 2 / marked.size)
 
 
 def _peak_offset(values: Floats, at: int) -> float:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from bicode_lab.boxes import Box, keep_larger
 from bicode_lab.events import Events
@@ -24,12 +25,13 @@ from bicode_lab.recognition.periods import PeriodCounter, PeriodGrid, TrackMemor
 from bicode_lab.recognition.regions import RegionFinder
 from bicode_lab.recognition.settings import ReceiverSettings
 from bicode_lab.recognition.sighting import Sighting
-from bicode_lab.soft_receiver.clock import Marks, lead_marks
+from bicode_lab.soft_receiver.clock import lead_marks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.levels import PHASES
 from bicode_lab.soft_receiver.line_code import BicodeLine
 from bicode_lab.soft_receiver.repeated_packets import Reading, doubt, read_repeated_packets
 
+GATE = 0.1  # fraction of the lead of a usual edge below which a bin gives no mark
 SEARCH_PERIODS = 4  # from one search for faint regions to the next
 MAX_HELD_EVENTS = 4_000_000  # held for faint regions: 64 MB
 
@@ -183,7 +185,7 @@ class SoftReceiver:
                 evidence.append((earlier, n_on[0], n_off[0]))
         return evidence
 
-    def _marks(self, period: int, evidence: Evidence) -> tuple[int, Marks]:
+    def _marks(self, period: int, evidence: Evidence) -> tuple[int, npt.NDArray[np.int8]]:
         """Lay the counts of all periods onto one row of bins; return the number of its first bin and the marks."""
         rows = [row for row in evidence if row[0] > period - self.settings.evidence_periods]
         first = self._grid.first_bin(rows[0][0])
@@ -193,7 +195,7 @@ class SoftReceiver:
             place = self._grid.first_bin(earlier) - first
             both[0, place : place + n_on.size] += n_on
             both[1, place : place + n_off.size] += n_off
-        return first, lead_marks(both[0], both[1])
+        return first, lead_marks(both[0], both[1], GATE)
 
     def _sighting(self, period: int, track: int, box: Box, evidence: Evidence) -> Sighting:
         """Read the evidence of one track and make its sighting."""

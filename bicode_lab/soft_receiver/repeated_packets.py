@@ -18,8 +18,8 @@ are natural logarithms of likelihood ratios:
     margin          of what is read over everything else that passes the check (over the same with its least sure bit
                     inverted, if the code has too many frames to try them all), and of the best place over any other
     support         fraction of the marks that lie where an edge of their polarity explains them
-    start_gain      of the quiet start over a blink that goes on there, every two or four chips: a lamp that flickers at
-                    the chip rate has no quiet start
+    start_activity  marks per chip in the quiet start over those in the data: a lamp that flickers at the chip rate
+                    has no quiet start
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ SEARCH_BINS = 3  # the best place is searched for again this far around its firs
 MIN_GAIN = 13.0
 MIN_MARGIN = 8.0
 MIN_SUPPORT = 0.85
-MIN_START_GAIN = 8.0
+MAX_START_ACTIVITY = 0.1
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,12 @@ class Reading:
         Start of the first whole frame, from the start of the first bin on [us].
     error_ppm : float
         How much longer the transmitter's chip is than nominal [1e-6].
-    gain, margin, start_gain : float
+    gain, margin : float
         Natural logarithms of likelihood ratios.
     support : float
         Fraction 0 .. 1.
+    start_activity : float
+        Ratio, 0 or more.
     """
 
     value: int | None
@@ -85,7 +87,7 @@ class Reading:
     gain: float = 0.0
     margin: float = 0.0
     support: float = 0.0
-    start_gain: float = 0.0
+    start_activity: float = 0.0
 
 
 def doubt(reading: Reading) -> Reason | None:
@@ -102,12 +104,12 @@ def doubt(reading: Reading) -> Reason | None:
 
     Examples
     --------
-    >>> doubt(Reading(None)), doubt(Reading(37, check=True, gain=90, margin=40, support=0.99, start_gain=50))
+    >>> doubt(Reading(None)), doubt(Reading(37, check=True, gain=90, margin=40, support=0.99))
     ('no_events', None)
     """
     if reading.value is None:
         return "no_events"
-    if reading.gain < MIN_GAIN or reading.start_gain < MIN_START_GAIN:
+    if reading.gain < MIN_GAIN or reading.start_activity > MAX_START_ACTIVITY:
         return "no_start"
     if reading.margin < MIN_MARGIN or reading.support < MIN_SUPPORT:
         return "manchester"
@@ -119,7 +121,7 @@ def read_repeated_packets(marks: Marks, bin_us: float, line: LineCode) -> Readin
 
     Parameters
     ----------
-    marks : ndarray of float64, shape (n,)
+    marks : ndarray of int8, shape (n,)
         Marks of one region, see `clock.lead_marks`.
     bin_us : float
         Length of a bin [us].
@@ -173,7 +175,7 @@ def _read_at(
             total - float(places[distance > PHASES + SEARCH_BINS].max()),
         ),
         support=_support(counts, learned, context),
-        start_gain=_start_gain(scores, context, len(line.start_chips)),
+        start_activity=_start_activity(counts, len(line.start_chips)),
     )
     return place, total, reading
 
@@ -226,13 +228,13 @@ def _support(counts: MarkCounts, levels: Floats, context: npt.NDArray[np.int32])
     return float((counts * right)[..., ON:].sum() / total)
 
 
-def _start_gain(scores: Floats, context: npt.NDArray[np.int32], n_start: int) -> float:
-    """Return the log-likelihood of the quiet start over that of a blink which goes on in it, every 2 or 4 chips."""
-    quiet = np.arange(n_start - (MEMORY - 1))  # a frame begins with chip MEMORY - 1 of its start
-    blinks = [np.arange(quiet.size + MEMORY) + shift for shift in range(4)]
-    levels = [on // half % 2 for half in (1, 2) for on in blinks]
-    contexts = [np.convolve(on, 2 ** np.arange(MEMORY), "valid")[: quiet.size] for on in levels]
-    return path_score(scores[quiet], context[quiet]) - max(path_score(scores[quiet], each) for each in contexts)
+def _start_activity(counts: MarkCounts, n_start: int) -> float:
+    """Return the marks per chip in the start, from its chip MEMORY - 1 on, over the marks per chip in the data."""
+    n_marks = counts[..., ON:].sum(axis=(1, 2))
+    n_quiet = n_start - (MEMORY - 1)
+    n_data = n_marks.size - n_start
+    data = float(n_marks[n_quiet : n_quiet + n_data].mean())
+    return float(n_marks[:n_quiet].mean()) / data if data > 0 else 1.0
 
 
 def _start_us(chips: Floats, place: int, bin_us: float) -> float:

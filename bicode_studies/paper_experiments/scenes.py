@@ -20,7 +20,7 @@ from bicode_studies.paper_experiments.conditions import Condition
 WALL_M = 5.0  # least distance of the wall behind the marker [m] ...
 WALL_BEHIND = 1.25  # ... and its least distance in distances of the marker
 WALL_PICTURE = "camera"
-WALL_CONTRAST = 0.0218  # makes as many events as a real recording, 0.113 Mev/s at 0.314 m/s and 2.5 m
+WALL_CONTRAST = 0.0215  # makes as many events as a real recording, 0.113 Mev/s at 0.314 m/s and 2.5 m
 STRATA = 10  # parts of equal length that a pan is divided into; seed n records from part n modulo 10
 
 

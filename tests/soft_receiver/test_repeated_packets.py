@@ -94,8 +94,8 @@ def test_a_wrong_checksum_is_the_last_word() -> None:
         ({}, None),
         ({"gain": 13.1}, None),
         ({"gain": 12.9}, "no_start"),
-        ({"start_gain": 8.1}, None),
-        ({"start_gain": 7.9}, "no_start"),
+        ({"start_activity": 0.09}, None),
+        ({"start_activity": 0.11}, "no_start"),
         ({"margin": 8.1}, None),
         ({"margin": 7.9}, "manchester"),
         ({"support": 0.86}, None),
@@ -111,7 +111,7 @@ def test_a_reading_is_doubted_beyond_each_limit(changes: dict[str, object], reas
     it would have been 14 (6 with a limit of 6), without that of the margin 5, and without that of the start's activity
     48; the support alone decided none of them.
     """
-    sure = Reading(37, check=True, gain=90.0, margin=40.0, support=0.99, start_gain=50.0)
+    sure = Reading(37, check=True, gain=90.0, margin=40.0, support=0.99, start_activity=0.0)
     assert doubt(replace(sure, **changes)) == reason  # type: ignore[arg-type]
 
 
