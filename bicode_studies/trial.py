@@ -188,7 +188,8 @@ def _length_us(receivers: Mapping[str, Settings]) -> int:
 
 def _judged(sightings: Iterable[Sighting], scene: Scene, periods: Periods) -> Reading:
     """Score the sightings of the judged periods."""
-    kept = tuple(s for s in sightings if s.t_us >= periods.start_us)
+    end_us = periods.start_us + periods.count * periods.length_us
+    kept = tuple(s for s in sightings if periods.start_us <= s.t_us < end_us)
     sent = {placed.marker.payload for placed in scene.markers}
     return Reading(
         sightings=kept,

@@ -11,7 +11,7 @@ packet has passed, because the simulated camera starts with pixels adapted to th
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -104,7 +104,9 @@ class PanelFrame:
         return {**counts, "frame_kind": self.kind, **asdict(self.condition)}
 
 
-def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> PanelFrame:
+def panel_frame(
+    panel: str, seed: int, distance_m: float | None = None, changed: Callable[[Scene], Scene] = lambda scene: scene
+) -> PanelFrame:
     """Record the frame of a panel and count the lit pixels around the marker.
 
     Parameters
@@ -115,6 +117,8 @@ def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> Panel
         Seed of the scene and of the camera's chance.
     distance_m : float, optional
         Another distance from camera to marker [m]; None keeps that of the panel.
+    changed : callable
+        Takes the scene of the panel and returns the scene to record, on a sensor of the same size.
 
     Returns
     -------
@@ -130,7 +134,7 @@ def panel_frame(panel: str, seed: int, distance_m: float | None = None) -> Panel
     condition, kind = PANELS[panel], "blinker" if panel in BLINKER_PANELS else "2d"
     if distance_m is not None:
         condition = replace(condition, distance_m=distance_m)
-    scene, settings = scene_of(condition, seed), receiver_settings(condition)
+    scene, settings = changed(scene_of(condition, seed)), receiver_settings(condition)
     length_us = settings.delta_t_blinker_us if kind == "blinker" else settings.delta_t_2d_us
     start_us = _payload_frame_start_us(scene, length_us) if kind == "blinker" else paper.PACKET_US
     events = record(scene, (start_us + length_us) * 1e-6, np.random.default_rng([seed, 2]))

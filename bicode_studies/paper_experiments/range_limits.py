@@ -15,7 +15,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from bicode_lab import paper
@@ -25,7 +24,7 @@ from bicode_lab.soft_receiver import SoftSettings
 from bicode_studies import trial
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.scenes import WINDOW_RECEIVER, window_scene
-from bicode_studies.statistics import DRAWS, ranges_m
+from bicode_studies.statistics import range_over_seeds
 from bicode_studies.sweep.sweep import CONSTANTS, sweep
 
 OF_THE_FIGURES, DEFAULT, SOFT = RECEIVERS = ("receiver of the figures", "default receiver", "soft receiver")
@@ -176,16 +175,10 @@ def id_ranges(table: pd.DataFrame) -> pd.DataFrame:
         ``min_region_pixels``, ``range_m``, ``low`` and ``high`` [m]; 0 where no distance reaches an accuracy of one
         half. ``beyond`` is True where the last distance still reaches it, so that the range is at least ``range_m``.
     """
-    own = table.assign(share=table["id_right"] / table["periods"])
     rows = []
-    for key, group in own.groupby(KEYS, sort=False):
-        shares = group.pivot(index="seed", columns="distance_m", values="share")
-        distances_m, by_seed = shares.columns.to_numpy(float), shares.to_numpy(float)
-        n = len(by_seed)
-        drawn = by_seed[np.random.default_rng(0).integers(n, size=(DRAWS, n))].mean(axis=1)
-        range_m = ranges_m(distances_m, by_seed.mean(axis=0)[None])[0]
-        low, high = np.quantile(ranges_m(distances_m, drawn), (0.025, 0.975))
-        numbers = {"range_m": range_m, "low": low, "high": high, "beyond": bool(range_m == distances_m[-1])}
+    for key, group in table.groupby(KEYS, sort=False):
+        range_m, low, high = range_over_seeds(group, "id_right")
+        numbers = {"range_m": range_m, "low": low, "high": high, "beyond": bool(range_m == group["distance_m"].max())}
         rows.append({**dict(zip(KEYS, key, strict=True)), **numbers})
     return pd.DataFrame(rows)
 

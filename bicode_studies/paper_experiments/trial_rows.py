@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bicode_lab.camera import Scene
 from bicode_lab.events import Events, slice_time
 from bicode_lab.recognition import PeriodReader, ReceiverSettings, Sighting
 from bicode_lab.recognition.marker_2d import find_marker_2d, frame_2d
@@ -85,7 +86,27 @@ def run_trial(condition: Condition, seed: int) -> list[dict[str, Any]]:
         same in all rows of a trial); ``receiver``, ``frame_rule_2d``; ``id_right`` and ``marker_2d_right`` (counts of
         right periods).
     """
-    scene, settings = scene_of(condition, seed), receiver_settings(condition)
+    return rows_of(condition, seed, scene_of(condition, seed), receiver_settings(condition))
+
+
+def rows_of(condition: Condition, seed: int, scene: Scene, settings: ReceiverSettings) -> list[dict[str, Any]]:
+    """Record a scene, which a condition was changed to, and return the rows of a trial.
+
+    Parameters
+    ----------
+    condition : Condition
+        Its figure, its motion and its duration count.
+    seed : int
+        Seed of the camera's chance and of the authors' processing limit.
+    scene : Scene
+    settings : ReceiverSettings
+        Of the receiver that reads it.
+
+    Returns
+    -------
+    list of dict
+        See `run_trial`.
+    """
     receivers: dict[str, Settings] = {"any": settings}
     if condition.figure in BOTH_FRAMES:
         receivers["count"] = Marker2dSettings(receiver=replace(settings, frame_rule_2d="count"))

@@ -111,6 +111,8 @@ def test_an_id_that_no_marker_sends_is_wrong() -> None:
     events = record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2]))
     reading = read(events, replace(SCENE, markers=(other,)), ID_ALONE, THREE)
     assert (reading.right(), reading.wrong_ids) == (0, 3)
+    two = read(events, replace(SCENE, markers=(other,)), ID_ALONE, Periods(start_us=0, count=2))
+    assert two.wrong_ids == 2  # the third period is not judged
 
 
 def test_a_period_without_an_id_has_no_wrong_id() -> None:
