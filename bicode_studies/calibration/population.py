@@ -1,13 +1,16 @@
-"""Approximate Bayesian computation by population Monte Carlo (Beaumont, Cornuet, Marin, Robert 2009, Biometrika 96).
+"""Approximate Bayesian computation by a sequence of populations (Drovandi and Pettitt 2011, Biometrics 67).
 
 A point of the prior is accepted if its distance from what was observed is within a tolerance. The first population is
-the best of many draws from the prior. Each later one is proposed from the one before, with a smaller tolerance: a point
-is chosen by its weight and moved; the weight of what is accepted is the density of the prior over that of the proposal.
+the best of many draws from the prior. Each later one has a smaller tolerance: the points beyond it are dropped, copies
+of the others take their place, and all points are moved by a Markov chain that leaves the prior within the tolerance
+unchanged. So all points weigh the same; only copies that were never moved weigh together.
 
-Coordinates are moved by a normal distribution with twice the weighted covariance of the population. A category stays
-with probability `KEEP` and is drawn from the prior else. A point that would leave the prior is drawn anew.
+In a move, coordinates change by a normal distribution with the covariance of the population, and a category stays with
+probability `KEEP` and is drawn from the prior else. A move is accepted with the ratio of the priors, and only if the
+distance there is within the tolerance. What the prior rejects is not tried.
 
-All of a batch is tried before anything is decided, so the result does not depend on how many are tried at a time.
+All moves of a round are tried before anything is decided, so the result does not depend on how many are tried at a
+time.
 """
 
 from __future__ import annotations
@@ -16,8 +19,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import multivariate_normal
 
 from bicode_studies.calibration.prior import Floats, Ints, Points, Prior
 
@@ -35,21 +36,22 @@ class Rule:
     first_tolerance : float
         Their tolerance; a draw beyond it is never accepted.
     size : int
-        A population is complete when it has at least as many points; all that are accepted of a batch count.
-    batch : int
-        Number of points that are tried before the population is counted again.
+        Number of points of a population, copies included.
+    rounds, last_rounds : int
+        How often each point is moved in a generation, and in the last one.
     share : float
         The next tolerance is this quantile of the population's distances.
     last_tolerance : float
         No tolerance is smaller; the population that has it is the last.
     most_tried : int
-        Number of points after which no batch is begun. An incomplete population is dropped.
+        Number of points after which no generation is begun.
     """
 
     first_draws: int
     first_tolerance: float
     size: int
-    batch: int
+    rounds: int
+    last_rounds: int
     share: float
     last_tolerance: float
     most_tried: int
@@ -57,7 +59,7 @@ class Rule:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Population:
-    """The accepted points of a generation.
+    """The different points of a generation.
 
     Attributes
     ----------
@@ -68,9 +70,11 @@ class Population:
         Number of points that were tried so far, in all generations.
     points : Points
     numbers : ndarray of int, shape (n,)
-        Number of each point, in the order in which all points were tried.
+        Number of each point, in the order in which all points were tried; rising.
     distances, weights : ndarray, shape (n,)
-        The weights sum to 1.
+        A weight is the share of the population that are copies of the point; the weights sum to 1.
+    moved : float
+        Share of the moves that were accepted, 0 .. 1; nan in the first generation.
     """
 
     generation: int
@@ -80,6 +84,7 @@ class Population:
     numbers: Ints
     distances: Floats
     weights: Floats
+    moved: float = np.nan
 
     @property
     def effective_size(self) -> float:
@@ -93,7 +98,7 @@ pass the tolerance."""
 
 
 def populations(prior: Prior, distances: Distances, rule: Rule, seed: int) -> Iterator[Population]:
-    """Run the generations of population Monte Carlo.
+    """Run the generations.
 
     Parameters
     ----------
@@ -107,104 +112,90 @@ def populations(prior: Prior, distances: Distances, rule: Rule, seed: int) -> It
     Yields
     ------
     Population
-        Each generation that is complete; the last one is the posterior.
+        Each generation; the last one is the posterior.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two draws from the prior are within the first tolerance.
     """
     points = prior.draw(rule.first_draws, np.random.default_rng([seed, 0]))
     found = distances(points, rule.first_tolerance, 0)
     best = np.argsort(found, kind="stable")[: min(rule.size, int((found <= rule.first_tolerance).sum()))]
     if best.size < 2:
         raise ValueError(f"{best.size} of {rule.first_draws} draws are within {rule.first_tolerance:g}; draw more")
+    best = np.sort(best)
     now = Population(
         generation=0, tolerance=float(found[best].max()), tried=rule.first_draws, points=points.take(best),
         numbers=best, distances=found[best], weights=np.full(best.size, 1 / best.size),
     )  # fmt: skip
     yield now
-    while now.tolerance > rule.last_tolerance:
-        following = _next_population(now, prior, distances, rule, seed)
-        if following is None:
-            return
-        now = following
+    while now.tolerance > rule.last_tolerance and now.tried < rule.most_tried:
+        now = _next_population(now, prior, distances, rule, seed)
         yield now
 
 
-def _next_population(now: Population, prior: Prior, distances: Distances, rule: Rule, seed: int) -> Population | None:
-    """Return the next population; None where the budget ends first."""
+def _next_population(now: Population, prior: Prior, distances: Distances, rule: Rule, seed: int) -> Population:
+    """Return the next population."""
     generation, tried = now.generation + 1, now.tried
-    tolerance = max(float(np.quantile(now.distances, rule.share)), rule.last_tolerance)
     rng = np.random.default_rng([seed, generation])
-    x, k, numbers = [np.empty((0, now.points.x.shape[1]))], [now.points.k[:0]], [np.empty(0, np.int64)]
-    kept = [np.empty(0)]
-    while sum(each.size for each in kept) < rule.size:
-        if tried >= rule.most_tried:
-            return None
-        points = propose(now, prior, rule.batch, rng)
-        found = distances(points, tolerance, tried)
-        accepted = np.flatnonzero(found <= tolerance)
-        x.append(points.x[accepted])
-        k.append(points.k[accepted])
-        numbers.append(tried + accepted)
-        kept.append(found[accepted])
-        tried += rule.batch
-    points = Points(np.concatenate(x), np.concatenate(k))
+    tolerance = max(_quantile(now, rule.share), rule.last_tolerance)
+    rows = _replenished(now, tolerance, rule.size, rng)
+    points, numbers, found = now.points.take(rows), now.numbers[rows], now.distances[rows]
+    covariance = np.atleast_2d(np.cov(points.x.T))
+    rounds, n_moved = rule.last_rounds if tolerance <= rule.last_tolerance else rule.rounds, 0
+    for _ in range(rounds):
+        there = propose(points, covariance, prior, rng)
+        ratio = np.exp(np.minimum(prior.log_density(there.x) - prior.log_density(points.x), 0.0))
+        asked = np.flatnonzero(rng.random(rule.size) < ratio)
+        apart = distances(there.take(asked), tolerance, tried) if asked.size else np.empty(0)
+        within = apart <= tolerance
+        accepted = asked[within]
+        points.x[accepted], points.k[accepted] = there.x[accepted], there.k[accepted]
+        numbers[accepted], found[accepted] = tried + np.flatnonzero(within), apart[within]
+        tried, n_moved = tried + asked.size, n_moved + accepted.size
+    different, first, copies = np.unique(numbers, return_index=True, return_counts=True)
     return Population(
-        generation=generation, tolerance=tolerance, tried=tried, points=points, numbers=np.concatenate(numbers),
-        distances=np.concatenate(kept), weights=weights_of(points, now, prior),
+        generation=generation, tolerance=tolerance, tried=tried, points=points.take(first), numbers=different,
+        distances=found[first], weights=copies / rule.size, moved=n_moved / (rounds * rule.size),
     )  # fmt: skip
 
 
-def propose(now: Population, prior: Prior, n: int, rng: np.random.Generator) -> Points:
-    """Draw proposals for the next population.
+def _quantile(now: Population, share: float) -> float:
+    """Return the smallest distance within which this share of a population lies."""
+    order = np.argsort(now.distances, kind="stable")
+    within = np.cumsum(now.weights[order])
+    return float(now.distances[order[np.searchsorted(within, share * within[-1] * (1 - 1e-9))]])
+
+
+def _replenished(now: Population, tolerance: float, size: int, rng: np.random.Generator) -> Ints:
+    """Return the rows of the points within the tolerance, with their copies, and of copies of them, `size` in all."""
+    copies = np.maximum(np.round(now.weights * size), 1).astype(np.int64)
+    kept = np.repeat(np.arange(len(copies)), copies * (now.distances <= tolerance))[:size]
+    return np.concatenate([kept, rng.choice(kept, size - kept.size)])
+
+
+def propose(points: Points, covariance: Floats, prior: Prior, rng: np.random.Generator) -> Points:
+    """Draw a move of each point.
 
     Parameters
     ----------
-    now : Population
+    points : Points
+    covariance : ndarray, shape (coordinates, coordinates)
+        Of the changes of the coordinates.
     prior : Prior
-    n : int
+        Where categories are drawn from.
     rng : numpy.random.Generator
 
     Returns
     -------
     Points
+        They may lie outside the prior.
     """
-    covariance = _kernel_covariance(now)
-    x, k = np.empty((0, now.points.x.shape[1])), now.points.k[:0]
-    while len(x) < n:
-        chosen = rng.choice(len(now.weights), n, p=now.weights)
-        moved = now.points.x[chosen] + rng.multivariate_normal(np.zeros(x.shape[1]), covariance, n)
-        drawn = rng.integers(0, prior.categories, (n, len(prior.categories)))
-        category = np.where(rng.random(drawn.shape) < KEEP, now.points.k[chosen], drawn)
-        inside = np.isfinite(prior.log_density(moved))
-        x, k = np.concatenate([x, moved[inside]]), np.concatenate([k, category[inside]])
-    return Points(x[:n], k[:n])
-
-
-def weights_of(points: Points, before: Population, prior: Prior) -> Floats:
-    """Return the weights of accepted points: the density of the prior over the density of their proposal.
-
-    Parameters
-    ----------
-    points : Points
-    before : Population
-        The one that they were proposed from.
-    prior : Prior
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        They sum to 1.
-    """
-    kernel = multivariate_normal(cov=_kernel_covariance(before))
-    log = np.log(before.weights) + np.array([kernel.logpdf(x - before.points.x).reshape(-1) for x in points.x])
-    for kind, many in enumerate(prior.categories):
-        same = points.k[:, kind, None] == before.points.k[None, :, kind]
-        log = log + np.log(KEEP * same + (1 - KEEP) / many)
-    log_weights = prior.log_density(points.x) - logsumexp(log, axis=1)
-    return np.asarray(np.exp(log_weights - logsumexp(log_weights)))
-
-
-def _kernel_covariance(now: Population) -> Floats:
-    """Return the covariance by which coordinates are moved: twice the weighted covariance of the population."""
-    return 2 * np.atleast_2d(np.cov(now.points.x.T, aweights=now.weights))
+    n, coordinates = points.x.shape
+    moved = points.x + rng.multivariate_normal(np.zeros(coordinates), covariance, n)
+    drawn = rng.integers(0, prior.categories, (n, len(prior.categories)))
+    return Points(moved, np.where(rng.random(drawn.shape) < KEEP, points.k, drawn))
 
 
 def medoid(now: Population) -> int:
@@ -222,6 +213,6 @@ def medoid(now: Population) -> int:
     int
     """
     x, k = now.points.x, now.points.k
-    scale = np.sqrt(np.diag(_kernel_covariance(now)) / 2)
+    scale = np.sqrt(np.diag(np.atleast_2d(np.cov(x.T, aweights=now.weights))))
     apart = (np.abs(x[:, None] - x[None]) / scale).sum(axis=2) + (k[:, None] != k[None]).sum(axis=2)
     return int((apart @ now.weights).argmin())

@@ -1,7 +1,7 @@
-"""The calibration: population Monte Carlo over the fitted constants, with the distance of `distance`.
+"""The calibration: a sequence of populations of the fitted constants, with the distance of `distance`.
 
-`RULE` and `SEED` were written down before the first run, with the reasons in docs/calibration.md. Every candidate that
-was tried is kept in the store, so a run that is stopped goes on where it was.
+`RULE` and `SEED` were written down before the run, with the reasons in docs/calibration.md. Every candidate that was
+tried is kept in the store, so a run that is stopped goes on where it was.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from bicode_studies.calibration.population import Population, Rule, medoid, popu
 from bicode_studies.calibration.prior import Floats, Points, candidates_at, prior_of_constants
 from bicode_studies.sweep.sweep import sweep
 
-SEED = 20261127
+SEED = 20261129
 RULE = Rule(
-    first_draws=800, first_tolerance=150.0, size=100, batch=100, share=0.5, last_tolerance=8.0, most_tried=3600
+    first_draws=800, first_tolerance=150.0, size=100, rounds=6, last_rounds=12, share=0.5, last_tolerance=8.0,
+    most_tried=6000,
 )  # fmt: skip
 FIRST_IN_USE = 1_000_000  # number of the first trial of the constants in use; the run does not come so far
 COLUMNS = ["generation", "tolerance", "weight", "is_medoid", "number", "distance", *NAMES, "latency_z", *TERMS]
@@ -162,10 +163,10 @@ def tension(table: pd.DataFrame) -> dict[str, float]:
         ``z`` and ``z_low``, ``z_high``: weighted median, 5 % and 95 % quantile of ``latency_z``; ``probability``: that
         which is left, of 1/2, for the reading that the irradiance of the source is that at the sensor.
     """
-    low, middle, high = quantiles(table, ["latency_z"]).loc["latency_z"]
+    low, middle, high = quantiles(table, ["latency_z"]).to_numpy(float)[0]
     like = np.exp(-0.5 * table["latency_z"] ** 2)
     probability = float((table["weight"] * like / (1 + like)).sum())
-    return {"z": middle, "z_low": low, "z_high": high, "probability": probability}
+    return {"z": float(middle), "z_low": float(low), "z_high": float(high), "probability": probability}
 
 
 def tried_table(trials: Trials) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Population Monte Carlo: a posterior that is known, whole batches, a budget, and the weights of proposals."""
+"""Populations: a posterior that is known, moves, copies, and a budget."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bicode_studies.calibration.population import (
     medoid,
     populations,
     propose,
-    weights_of,
 )
 from bicode_studies.calibration.prior import Coordinate, Floats, Points, Prior
 
 PRIOR = Prior(coordinates=(Coordinate(low=-10, high=10), Coordinate(low=-8, high=8, spread=2.0)), categories=(4,))
 SIGMA, SEEN = 1.0, 1.5
 RULE = Rule(
-    first_draws=1500, first_tolerance=10.0, size=600, batch=300, share=0.5, last_tolerance=0.2, most_tried=200_000
+    first_draws=1500, first_tolerance=10.0, size=600, rounds=8, last_rounds=40, share=0.5, last_tolerance=0.2,
+    most_tried=200_000,
 )  # fmt: skip
 
 
@@ -68,11 +68,15 @@ def test_tolerances_fall_to_the_last_and_distances_are_within(last: Population) 
     tolerances = [each.tolerance for each in found]
     assert tolerances == sorted(tolerances, reverse=True)
     for before, after in pairwise(found):
-        assert after.tolerance == max(np.quantile(before.distances, 0.5), RULE.last_tolerance)
+        ranked = np.sort(np.repeat(before.distances, np.round(before.weights * RULE.size).astype(int)))
+        assert after.tolerance == max(ranked[(ranked.size + 1) // 2 - 1], RULE.last_tolerance)
         assert (after.distances <= after.tolerance).all()
-        assert (after.tried - before.tried) % RULE.batch == 0
-        assert len(after.points) >= RULE.size
-        assert after.numbers.min() >= before.tried
+        rounds = RULE.last_rounds if after is found[-1] else RULE.rounds
+        assert 0 < after.tried - before.tried <= rounds * RULE.size
+        assert 0 < after.moved < 1
+        assert after.numbers.max() < after.tried
+        assert (np.diff(after.numbers) > 0).all()
+        assert after.weights * RULE.size == pytest.approx(np.round(after.weights * RULE.size))
     assert found[-1].generation == len(found) - 1
     assert (found[-1].points.x == last.points.x).all()  # the same seed, the same result
 
@@ -90,7 +94,7 @@ def test_the_first_population_is_the_best_of_the_draws() -> None:
         next(populations(PRIOR, by_place, replace(RULE, first_draws=20, first_tolerance=0.1), seed=0))
 
 
-def test_the_budget_ends_before_a_batch_and_drops_what_is_incomplete() -> None:
+def test_no_generation_is_begun_after_the_budget() -> None:
     asked: list[int] = []
 
     def counted(points: Points, tolerance: float, first: int) -> Floats:
@@ -99,9 +103,25 @@ def test_the_budget_ends_before_a_batch_and_drops_what_is_incomplete() -> None:
         return toy(points, tolerance, first)
 
     found = list(populations(PRIOR, counted, replace(RULE, most_tried=4000), seed=1))
-    assert 4000 <= sum(asked) < 4000 + RULE.batch
+    assert found[-2].tried < 4000 <= found[-1].tried == sum(asked)
     assert found[-1].tolerance > RULE.last_tolerance
-    assert found[-1].tried < sum(asked)
+
+
+def test_without_a_move_the_nearer_half_stays_and_is_copied() -> None:
+    """No move is ever within the tolerance."""
+    rule = replace(RULE, first_draws=40, size=10, rounds=2, most_tried=41)
+
+    def only_draws(points: Points, tolerance: float, first: int) -> Floats:
+        return np.arange(len(points)) / 10 if first == 0 else np.full(len(points), np.inf)
+
+    first, second = populations(PRIOR, only_draws, rule, seed=2)
+    assert first.numbers.tolist() == list(range(10))
+    assert second.tolerance == pytest.approx(0.4)
+    assert second.numbers.tolist() == list(range(5))
+    assert second.moved == 0
+    assert second.weights.sum() == pytest.approx(1)
+    assert second.weights.min() >= 0.1
+    assert (second.points.x == first.points.x[:5]).all()
 
 
 def population(x: list[list[float]], k: list[list[int]], weights: list[float]) -> Population:
@@ -113,33 +133,31 @@ def population(x: list[list[float]], k: list[list[int]], weights: list[float]) -
     )  # fmt: skip
 
 
-def test_proposals_move_by_twice_the_covariance_and_keep_their_category() -> None:
-    now = population([[0, 0], [2, 0], [0, 1], [2, 1]], [[0], [0], [0], [0]], [0.25] * 4)
-    made = propose(now, PRIOR, 4000, np.random.default_rng(3))
-    variance = np.array([1.0, 0.25])  # of the four points
-    sample = variance * 4 / 3  # as it is estimated from four
-    assert np.allclose(made.x.var(axis=0), variance + 2 * sample, rtol=5 * np.sqrt(2 / 4000))
+def test_moves_have_the_covariance_and_categories_stay_or_are_drawn() -> None:
+    start = Points(np.tile([1.0, -2.0], (4000, 1)), np.zeros((4000, 1), np.int64))
+    covariance = np.array([[1.0, 0.3], [0.3, 0.25]])
+    made = propose(start, covariance, PRIOR, np.random.default_rng(3))
+    way = made.x - start.x
+    assert np.cov(way.T) == pytest.approx(covariance, abs=5 * np.sqrt(2 / 4000))
+    assert way.mean(axis=0) == pytest.approx([0, 0], abs=5 / np.sqrt(4000))
     kept = (made.k[:, 0] == 0).mean()
     right = KEEP + (1 - KEEP) / 4
     assert kept == pytest.approx(right, abs=4 * np.sqrt(right * (1 - right) / 4000))
-    edge = population([[9.9, 0], [9.9, 1], [9.0, 1]], [[0], [1], [2]], [0.5, 0.5, 0.0])
-    assert propose(edge, PRIOR, 200, np.random.default_rng(3)).x[:, 0].max() <= 10
 
 
-def test_weights_are_the_prior_over_the_proposal() -> None:
-    now = population([[0, 0], [2, 1], [-1, 1]], [[0], [1], [1]], [0.5, 0.3, 0.2])
-    points = Points(np.array([[0.5, 0.2], [1.0, -2.0]]), np.array([[0], [3]]))
-    covariance = 2 * np.cov(now.points.x.T, aweights=now.weights)
-    inverse = np.linalg.inv(covariance)
-    wanted = []
-    for x, k in zip(points.x, points.k[:, 0], strict=True):
-        proposal = 0.0
-        for w, centre, held in zip(now.weights, now.points.x, now.points.k[:, 0], strict=True):
-            way = x - centre
-            stays = KEEP + (1 - KEEP) / 4 if k == held else (1 - KEEP) / 4
-            proposal += w * np.exp(-0.5 * way @ inverse @ way) * stays
-        wanted.append(np.exp(-0.5 * (x[1] / 2.0) ** 2) / proposal)
-    assert weights_of(points, now, PRIOR) == pytest.approx(np.array(wanted) / sum(wanted))
+def test_what_the_prior_rejects_is_not_tried() -> None:
+    """All points lie at the end of a narrow prior, so about half of the moves leave it."""
+    narrow = Prior(coordinates=(Coordinate(low=0, high=1e-9),))
+    asked: list[Floats] = []
+
+    def seen(points: Points, tolerance: float, first: int) -> Floats:
+        asked.append(points.x)
+        return np.linspace(1, 2, len(points))
+
+    rule = replace(RULE, first_draws=50, size=50, rounds=3, most_tried=51)
+    *_, found = populations(narrow, seen, rule, seed=3)
+    assert all(((x >= 0) & (x <= 1e-9)).all() for x in asked)
+    assert found.tried == sum(len(x) for x in asked) < 50 + 3 * 50
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,10 @@ from bicode_studies.calibration.posterior import (
     tried_table,
 )
 
-RULE = Rule(first_draws=60, first_tolerance=30.0, size=20, batch=30, share=0.5, last_tolerance=2.0, most_tried=400)
+RULE = Rule(
+    first_draws=60, first_tolerance=30.0, size=20, rounds=2, last_rounds=3, share=0.5, last_tolerance=2.0,
+    most_tried=400,
+)  # fmt: skip
 
 
 def try_toy(proposal: Proposal, seed: int) -> list[dict[str, Any]]:
@@ -77,7 +80,7 @@ def test_a_run_that_is_stopped_goes_on_to_the_same_tables(tmp_path: Path, monkey
 
     def breaks(function: Any, trials: Any, *rest: Any, **more: Any) -> Any:
         trials = list(trials)
-        if len(done) == 2:  # in the middle of the second generation, and of a batch
+        if len(done) == 2:  # in the middle of the second generation, and of a round
             through(function, trials[:7], *rest, **more)
             raise KeyboardInterrupt
         done.append(trials)
@@ -107,13 +110,12 @@ def test_the_tables_hold_the_last_population_and_all_that_was_tried(tmp_path: Pa
     candidate = Candidate(**{name: first[name] for name in NAMES})
     assert first["latency_z"] == pytest.approx(latency_misfit(candidate), abs=0.02)  # rounded to three digits
     assert tried["number"].tolist() == list(range(len(tried)))
-    assert len(tried) == RULE.first_draws + RULE.batch * ((len(tried) - RULE.first_draws) // RULE.batch)
 
 
 def test_the_constants_in_use_are_tried_with_seeds_of_their_own(tmp_path: Path) -> None:
     table = terms_in_use(Trials(tmp_path / "trials.sqlite", 1), 2)
     assert table["number"].tolist() == [posterior.FIRST_IN_USE, posterior.FIRST_IN_USE + 1]
-    assert posterior.RULE.most_tried + posterior.RULE.batch < posterior.FIRST_IN_USE
+    assert posterior.RULE.most_tried + posterior.RULE.last_rounds * posterior.RULE.size < posterior.FIRST_IN_USE
     assert table[[*NAMES]].iloc[0].to_dict() == vars(candidate_in_use())
 
 
@@ -136,10 +138,11 @@ def test_quantiles_are_weighted() -> None:
 
 def test_the_rule_is_the_one_that_was_written_down() -> None:
     page = (Path(posterior.__file__).parents[2] / "docs" / "calibration.md").read_text(encoding="utf-8")
-    for said in ("800 draws", "within 150", "batches of 100", "`20261127`", "8 or less", "3,600"):
+    for said in ("800 draws", "within 150", "six times", "twelve times", "`20261129`", "8 or less", "6,000"):
         assert said in page
     rule = posterior.RULE
-    assert (rule.first_draws, rule.first_tolerance, rule.batch, rule.size) == (800, 150, 100, 100)
-    assert (rule.share, rule.last_tolerance, rule.most_tried, posterior.SEED) == (0.5, 8, 3600, 20261127)
+    assert (rule.first_draws, rule.first_tolerance, rule.size) == (800, 150, 100)
+    assert (rule.rounds, rule.last_rounds) == (6, 12)
+    assert (rule.share, rule.last_tolerance, rule.most_tried, posterior.SEED) == (0.5, 8, 6000, 20261129)
     assert all(f"`{term}`" in page for term in ("latency", "quiet_rate", "refractory", "blinks"))
     assert len(TERMS) == len(set(TERMS)) == 14
