@@ -12,21 +12,22 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from bicode_lab.constants import all_constants
 from bicode_studies.calibration.candidates import WHOLE
-from bicode_studies.calibration.prior import SHAPES, candidates_at, prior_of_constants
+from bicode_studies.calibration.prior import SHAPES
 
 STYLES = (("#0072B2", "o", "-"), ("#D55E00", "s", "--"), ("#009E73", "^", "-."), ("#CC79A7", "D", ":"))
 BARS = 20  # of a distribution, about
-PRIOR_DRAWS = 4000
 LEAST_EVENTS = 0.1  # of a blink; points below are not drawn
 
 
-def draw_marginal(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str) -> Axes:
+def draw_marginal(table: pd.DataFrame, prior: pd.DataFrame, in_use: float, ax: Axes, *, by: str) -> Axes:
     """Draw how the posterior of a constant is distributed, its prior, and the value in use as a line.
 
     Parameters
     ----------
     table : DataFrame
         As `posterior.posterior_table` returns it: ``weight`` and the constants.
+    prior : DataFrame
+        Draws from the prior, as `prior.prior_table` returns them.
     in_use : float
         The value in use of the constant.
     ax : Axes
@@ -40,10 +41,7 @@ def draw_marginal(table: pd.DataFrame, in_use: float, ax: Axes, *, by: str) -> A
     bins, is_log = _bins(by)
     heights, _ = np.histogram(table[by], bins, weights=table["weight"])
     ax.stairs(heights, bins, fill=True, color="#0072B2", alpha=0.6, label="posterior")
-    drawn = [
-        getattr(one, by) for one in candidates_at(prior_of_constants().draw(PRIOR_DRAWS, np.random.default_rng(0)))
-    ]
-    ax.stairs(np.histogram(drawn, bins)[0] / len(drawn), bins, color="0.4", linestyle="--", label="prior")
+    ax.stairs(np.histogram(prior[by], bins)[0] / len(prior), bins, color="0.4", linestyle="--", label="prior")
     ax.axvline(in_use, color="black", linewidth=1, label="in use")
     ax.set(xlabel=by, ylabel="share", xscale="log" if is_log else "linear")
     if is_log:
@@ -83,6 +81,9 @@ def draw_trade(table: pd.DataFrame, ax: Axes, *, x: str, y: str) -> Axes:
     ax.plot(chosen[x], chosen[y], linestyle="none", marker="D", color="black", markerfacecolor="none", label="medoid")
     scales = {name: "log" if name in SHAPES and SHAPES[name][0].startswith("log-") else "linear" for name in (x, y)}
     ax.set(xlabel=x, ylabel=y, xscale=scales[x], yscale=scales[y])
+    for axis in (ax.xaxis, ax.yaxis):
+        if axis.get_scale() == "log":
+            axis.set_minor_formatter(NullFormatter())
     return ax
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from bicode_lab.constants import all_constants
 from bicode_studies.calibration.candidates import Candidate, candidate_of
@@ -178,3 +179,9 @@ def candidates_at(points: Points) -> list[Candidate]:
         }
         found.append(candidate_of({**values, "opening_px": OPENINGS_PX[opening], "aruco_id": int(pattern)}))
     return found
+
+
+def prior_table(n: int) -> pd.DataFrame:
+    """Draw `n` sets from the prior, the same every time; one row for each, with the constants as columns."""
+    points = prior_of_constants().draw(n, np.random.default_rng(0))
+    return pd.DataFrame([vars(candidate) for candidate in candidates_at(points)])

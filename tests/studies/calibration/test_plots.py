@@ -27,10 +27,11 @@ SETS = pd.DataFrame({
 
 @pytest.mark.parametrize("name", ["blur_px", "halo_fraction", "aruco_id", "min_region_pixels", "opening_px"])
 def test_bars_hold_all_of_the_posterior_and_of_the_prior(name: str) -> None:
-    ax = draw_marginal(SETS, SETS[name][1], Figure().subplots(), by=name)
+    ax = draw_marginal(SETS, SETS.iloc[[0, 1, 1, 2]], SETS[name][1], Figure().subplots(), by=name)
     posterior, prior = (patch.get_data() for patch in ax.patches)
     assert posterior.values.sum() == pytest.approx(1)
     assert prior.values.sum() == pytest.approx(1)
+    assert prior.values.max() >= 0.5
     assert posterior.values[np.searchsorted(posterior.edges, SETS[name][0], side="right") - 1] == pytest.approx(0.5)
     assert [x for x, _ in lines_of(ax)["in use"]] == [SETS[name][1]] * 2
     assert ax.get_xscale() == ("log" if name == "blur_px" else "linear")

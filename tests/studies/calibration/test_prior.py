@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from bicode_lab.constants import all_constants, constant
@@ -16,6 +17,7 @@ from bicode_studies.calibration.prior import (
     Prior,
     candidates_at,
     prior_of_constants,
+    prior_table,
 )
 
 N = 4000
@@ -76,3 +78,10 @@ def test_a_point_is_a_candidate() -> None:
     assert (one.led_to_ambient, one.blur_px, one.halo_fraction, one.time_constant_us) == (1.0, 1.0, 0.05, 200.0)
     assert (one.threshold, one.threshold_spread, one.noise, one.refractory_us) == (0.3, 0.02, 0.04, 80.0)
     assert (one.min_region_pixels, one.opening_px, one.aruco_id) == (6, 4, 17)
+
+
+def test_the_prior_is_drawn_the_same_every_time() -> None:
+    drawn = prior_table(30)
+    pd.testing.assert_frame_equal(drawn, prior_table(30))
+    assert set(drawn.columns) == set(NAMES)
+    assert drawn["blur_px"].nunique() > 25
