@@ -50,6 +50,7 @@ KNOWS: dict[str, dict[str, set[str]]] = {
         "calibration": BASE | {"score", "trial", "sweep", "plots", "paper_experiments", "real_light"},
         "robustness": BASE | {"score", "trial", "sweep", "plots", "paper_experiments"},
         "claims": BASE | {"sweep", "paper_experiments", "link_budget"},
+        "predictions": {"sweep", "trial", "paper_experiments", "calibration", "claims"},
         "what_if": BASE | {"score", "trial", "plots", "link_budget", "notebook"},  # its page is a notebook
         "bench": BASE | {"sweep", "paper_experiments", "plots", "notebook"},  # it times whole runs
         "own_recording": BASE | {"plots", "notebook"},

@@ -76,7 +76,7 @@ def test_a_run_tells_its_generations_and_writes_two_tables(run: Calibrate, jobs:
     (tmp_path / "results").mkdir()
     code, out, _ = run("--jobs", "1")
     assert code == 0
-    assert "generation 1: tolerance 19.0, 100 accepted (worth 71 of equal weight), 900 of at most 3600 tried" in out
+    assert "generation 1: tolerance 19.0, 100 different sets (worth 71 of equal weight), 900 of at most 6000 tried" in out
     assert f"blur_px {constant('blur_px'):g}" in out
     assert "-3.0 standard deviations" in out
     assert {*NAMES} < {*pd.read_csv(tmp_path / command_calibrate.TABLE).columns}
@@ -94,6 +94,27 @@ def test_what_fig_8_cannot_see_is_fitted_to_its_claims(run: Calibrate, monkeypat
     assert code == 0
     assert [line.split(":")[0] for line in out.splitlines()] == [*NOT_IN_FIG_8]
     assert f"edge_glow: 9 (in the file: {constant('edge_glow'):g})" in out
+
+
+def test_claims_are_judged_with_sets_of_both_origins(
+    run: Calibrate, jobs: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def predict(claims: pd.DataFrame, sets: dict[str, list[object]], store: Path, jobs: int) -> pd.DataFrame:
+        assert {origin: len(each) for origin, each in sets.items()} == {"posterior": 1, "prior": 3}
+        assert (store, jobs, len(claims) > 80) == (tmp_path / command_calibrate.PREDICTION_STORE, 2, True)
+        row = {"set": 0, "weight": 1.0, "claim": "F9.1", "reading": "a", "value": 0.4}
+        return pd.DataFrame(
+            [{**row, "origin": "posterior", "verdict": "inside"}, {**row, "origin": "prior", "verdict": "outside"}]
+        )
+
+    (tmp_path / "results").mkdir()
+    pd.DataFrame([{**vars(candidate_in_use()), "weight": 1.0}]).to_csv(tmp_path / command_calibrate.TABLE)
+    monkeypatch.setattr(command_calibrate, "predict_claims", predict)
+    code, out, _ = run("--predict", "3", "--jobs", "2")
+    assert code == 0
+    assert out.splitlines()[1].split() == ["F9.1", "a", "1.0", "0.0"]
+    assert len(pd.read_csv(tmp_path / command_calibrate.PREDICTIONS)) == 2
+    assert not jobs
 
 
 @pytest.mark.parametrize("words", [("--jobs", "0"), ("--jobs", "many"), ("0.8",)])
