@@ -76,7 +76,9 @@ def test_a_run_tells_its_generations_and_writes_two_tables(run: Calibrate, jobs:
     (tmp_path / "results").mkdir()
     code, out, _ = run("--jobs", "1")
     assert code == 0
-    assert "generation 1: tolerance 19.0, 100 different sets (worth 71 of equal weight), 900 of at most 6000 tried" in out
+    assert (
+        "generation 1: tolerance 19.0, 100 different sets (worth 71 of equal weight), 900 of at most 6000 tried" in out
+    )
     assert f"blur_px {constant('blur_px'):g}" in out
     assert "-3.0 standard deviations" in out
     assert {*NAMES} < {*pd.read_csv(tmp_path / command_calibrate.TABLE).columns}
