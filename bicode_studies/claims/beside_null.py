@@ -96,8 +96,8 @@ def summary_line(judged: pd.DataFrame) -> str:
     -------
     str
     """
-    counts = counts_by_class(judged).reindex(columns=VERDICTS, fill_value=0)
-    ours, null = (counts.loc[(CLASSES[0], who)] for who in ("ours", "null model"))
+    counts = counts_by_class(judged).reindex(columns=VERDICTS, fill_value=0).T
+    ours, null = counts[CLASSES[0], "ours"], counts[CLASSES[0], "null model"]
     return (
         f"Of the {ours.sum()} statements of the paper that test the simulation, it reproduces {ours[REPRODUCED]} "
         f"({ours[DEPENDS]} more in one of two readings); a model without sensor and receiver reproduces "

@@ -169,10 +169,10 @@ def check_folders() -> str:
     for folder in (Path(tempfile.gettempdir()), Path(mpl.get_cachedir())):
         if not os.access(folder, os.W_OK):
             raise RuntimeError(f"{folder} cannot be written to")
-    kernels = cache_folder()
+    kernels = cache_folder("bicode_lab.recognition.event_codes")
     if kernels is None:
         raise RuntimeError("compiled kernels cannot be cached, so every start is slow")
-    return f"can be written to; kernels are cached in {kernels}"
+    return f"can be written to; kernels are cached in {kernels.parent}"
 
 
 def check_machine() -> str:
