@@ -105,6 +105,12 @@ def test_a_candidate_is_tried_on_all_terms_or_given_up(monkeypatch: pytest.Monke
     assert "ID 21.3 mA 30 m" not in row
 
 
+def test_a_distance_that_is_the_tolerance_is_within(monkeypatch: pytest.MonkeyPatch) -> None:
+    accuracies = {**RIGHT, ("ID", 10.7, 20.0): 0.3}
+    whole = tried(monkeypatch, 100.0, accuracies)
+    assert tried(monkeypatch, whole["distance"], accuracies) == whole
+
+
 def test_a_candidate_that_fails_at_the_last_term_is_not_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
     row = tried(monkeypatch, 0.5, {**RIGHT, ("2D", 10.7, 0.5): 0.945})
     assert row["is_whole"] == 1

@@ -63,6 +63,13 @@ def test_categories_are_alike() -> None:
         assert np.abs(counts - N / many).max() < 4 * np.sqrt(N / many)
 
 
+def test_every_least_region_has_the_same_share() -> None:
+    """The first and the last, too: half of their shares would be seen at five standard deviations."""
+    counts = np.bincount(values("min_region_pixels").astype(int), minlength=41)[1:]
+    assert counts.sum() == N
+    assert np.abs(counts - N / 40).max() < 4 * np.sqrt(N / 40)
+
+
 def test_the_density_is_that_of_the_draws() -> None:
     prior = Prior(coordinates=(Coordinate(low=-1, high=2), Coordinate(low=-1, high=9, middle=1.0, spread=2.0)))
     x = np.array([[0.0, 1.0], [0.0, 3.0], [2.1, 1.0], [0.0, -1.1], [2.0, -1.0]])
