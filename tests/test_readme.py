@@ -7,6 +7,7 @@ import re
 import shlex
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,6 +17,7 @@ from bicode_studies.notebook.runner import find_notebooks
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+FLAT = README.replace("\n", " ")
 BLOCKS = re.findall(r"```(\w*)\n(.*?)```", README, flags=re.DOTALL)
 SHELL = [line.split("#")[0].strip() for kind, text in BLOCKS if kind == "sh" for line in text.splitlines()]
 MAKE = sorted({line for line in [*SHELL, *re.findall(r"`(make [^`]+)`", README)] if line.startswith("make")})
@@ -73,18 +75,34 @@ def test_the_agreement_is_that_of_the_claims(
         main(["claims", "--format", "json"])
     assert ended.value.code == 0
     judged = [row for row in json.loads(capsys.readouterr().out) if row["kind"] in ("number", "order")]
-    counts = Counter(row["verdict"] for row in judged)
-    (sentence,) = re.findall(r"Of (\d+) numbers.* (\d+) are.* (\d+) contradicted.* (\d+) were", README)
+    classes = Counter(row["class"] for row in judged)
+    counted = r"states (\d+) numbers and orders\. Of these, (\d+) were used .* (\d+) follow .* (\d+) test"
+    (sentence,) = re.findall(counted, FLAT)
     said = [int(number) for number in sentence]
-    assert said == [len(judged), counts["reproduced"], counts["contradicted"], counts["calibrated on"]]
-    assert sum(said[1:]) == said[0]
-    contradicted = [row["id"] for row in judged if row["verdict"] == "contradicted"]
-    assert re.findall(r"(?m)^- ([FA]\d+\.\d): ", README) == contradicted
+    assert said == [
+        len(judged),
+        *(classes[name] for name in ("calibrated on", "follows from a fit", "tests the model")),
+    ]
+    outside = {row["id"]: row for row in judged if row["class"] == "tests the model" and is_outside(row)}
+    listed = re.findall(r"(?m)^- ([FA]\d+\.\d): ", README)
+    assert listed == list(outside)
+    ((many, first),) = re.findall(r"In these (\w+) our value is outside the bounds, and the first (\w+) are", FLAT)
+    words = {"three": 3, "four": 4, "five": 5, "six": 6}
+    assert words[many] == len(listed)
+    verdicts = [outside[each]["verdict"] == "contradicted" for each in listed]
+    assert verdicts == [place < words[first] for place in range(len(listed))]
     in_table = {each for row in ROWS for each in NAMED.findall(row[4])}
-    assert in_table == set(contradicted)
-    fitted = {row["id"] for row in judged if row["verdict"] == "calibrated on" and not re.match(r"F8|A", row["id"])}
-    (named,) = re.findall(r"points of other figures \(([^)]*)\)", README)
-    assert set(NAMED.findall(named)) == fitted
+    assert in_table == set(listed)
+
+
+def is_outside(row: dict[str, Any]) -> bool:
+    """Return whether our value is outside the paper's bounds in every reading of the sentence."""
+    read = [each for each in "ab" if row[f"value_{each}"] is not None]
+    ends = {each: (row[f"lo_{each}"], row[f"hi_{each}"]) for each in read}
+    return all(
+        (low is not None and row[f"value_{each}"] < low) or (high is not None and row[f"value_{each}"] > high)
+        for each, (low, high) in ends.items()
+    )
 
 
 def test_its_python_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,7 +50,7 @@ TIMES = 4  # that the constants in use are tried
 def calibrate_command(jobs: int | None, out: Path | None, only_current: bool, beyond: bool, predict: int | None) -> int:
     """Find the sets of constants that agree with Fig. 8 and with what was measured on such cameras.
 
-    It tries some 5,000 candidates, which takes about 45 minutes on two cores, and writes the posterior: some 100 sets
+    It tries some 5,000 candidates, which takes an hour or more on two cores, and writes the posterior: some 100 sets
     with their weights. If it is stopped, the same command continues where it was. The constants in use are those of
     bicode_lab/constants.csv, which it does not change; docs/calibration.md says which set goes there. After that,
     --beyond fits the constants that Fig. 8 does not determine, each to one other claim. With --predict 100, the figures
