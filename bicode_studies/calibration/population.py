@@ -3,7 +3,7 @@
 A point of the prior is accepted if its distance from what was observed is within a tolerance. The first population is
 the best of many draws from the prior. Each later one has a smaller tolerance: the points beyond it are dropped, copies
 of the others take their place, and all points are moved by a Markov chain that leaves the prior within the tolerance
-unchanged. So all points weigh the same; only copies that were never moved weigh together.
+unchanged. So all points weigh the same; copies that are still equal at the end are one point with their joint weight.
 
 In a move, coordinates change by a normal distribution with the covariance of the population, and a category stays with
 probability `KEEP` and is drawn from the prior else. A move is accepted with the ratio of the priors, and only if the

@@ -1,7 +1,8 @@
 """The calibration: a sequence of populations of the fitted constants, with the distance of `distance`.
 
-`RULE` and `SEED` were written down before the run, with the reasons in docs/calibration.md. Every candidate that was
-tried is kept in the store, so a run that is stopped goes on where it was.
+`RULE` and `SEED` are those of the second run, written down before it; docs/calibration.md has the reasons, and says
+which runs there have been. Every candidate that was tried is kept in the store, so a run that is stopped goes on where
+it was.
 """
 
 from __future__ import annotations

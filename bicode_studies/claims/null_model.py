@@ -1,16 +1,17 @@
-"""A model without sensor and receiver, to compare ours with: what geometry and five anchors foretell.
+"""A model without sensor and receiver, to compare ours with: what geometry and five anchors predict.
 
 It is made as somebody would make it who doubts that a simulated camera adds anything. There is no chance in it: under
-each condition, everything is read or nothing is.
+each condition, everything is read or nothing is, but for the periods that are lost after a motion has begun. An anchor
+is a result of the paper that the model takes over, so that one of its numbers is known.
 
     ID      The light of a far plate falls with the square of the distance (IV-A), as current x projected area /
-            distance^2. A plate that is near enough to be resolved gains no more. Anchors: Fig. 8's 20 m with 10.7 mA
-            (the end lies between 20 m and the next tested distance, 25 m), no red light read outdoors (F11.0), and
-            half of the infrared IDs at 20 m (F11.2).
-    pose    Bright cells spread by the same angle at any distance, as far as the root of their brightness (the reach of
-            light that falls with the square). What moves is smeared over delta_t_2D. The pose is read while both
-            together take less than half a cell. Anchor: Fig. 8's 2.5 m, where all is read, and 7.5 m, where nothing
-            is. A turned plate shows its side face, which must stay below half a cell, too.
+            distance^2. Once a plate is near enough to be resolved, coming nearer gains nothing. Anchors: Fig. 8's 20 m
+            with 10.7 mA (the end lies between 20 m and the next tested distance, 25 m), no red light read outdoors
+            (F11.0), and half of the infrared IDs at 20 m (F11.2).
+    pose    Bright cells spread by the same angle at any distance. This angle goes with the square root of their
+            brightness, as the reach of light does that falls with the square. What moves is smeared over delta_t_2D.
+            The pose is read while both together take less than half a cell. Anchor: Fig. 8's 2.5 m, where all is read,
+            and 7.5 m, where nothing is. A turned plate shows its side face, which must stay below half a cell, too.
     loss    After a motion has begun, ``hits - 1 + delay`` periods have no ID, as in `processing_limit`. Anchor: more
             than 70 % at 64 rpm and 0.5 m (F14.5). The delay falls with the square of the distance.
     region  The plate's image, grown by the spread and foreshortened.
@@ -37,7 +38,7 @@ FOCAL_PX = 8e-3 / 4.86e-6
 FIELD = 1280 / FOCAL_PX  # width of what the camera sees, over its distance
 RANGE_M = math.sqrt(20 * 25)  # of the ID with 10.7 mA on 5 cm in red light
 INFRARED_RANGE_M = 20.0  # with 20.4 mA, in the office and in the evening
-RESOLVED_M = 12.0  # in the middle between 9.4 m, from where F11.0 would be read, and 16 m, where 5.5 mA would not be
+RESOLVED_M = 12.0  # about the middle: below 9.4 m, F11.0 would be read; above 16 m, no ID would be read at 5.5 mA
 POSE_RANGE_M = math.sqrt(2.5 * 7.5)  # of the pose with 10.7 mA on 5 cm
 CELLS = 6  # along a side of the plate
 HALF = 0.5  # of a cell may be lost

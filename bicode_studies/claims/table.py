@@ -23,9 +23,9 @@ This file is generated: `bicode claims --write`. The claims are in `data/paper_c
 
 - **reproduced**: the whole interval of our value is within the claim's bounds, or our facts are as the paper says. The
   bounds are widened by what the paper itself cannot tell: 0.02 of an accuracy, 5 % of a region.
-- **contradicted**: the whole interval is outside these bounds.
+- **contradicted**: the whole interval is outside these bounds, or a fact of ours is not as the paper says.
 - **undecided**: the interval reaches across a bound, or an order is a tie. The interval that is judged is wider than
-  the 95 % one that is shown, since 39 numbers and orders are judged.
+  the 95 % one that is shown, since 40 claims are judged by trials.
 - **depends on the reading**: the sentence leaves two readings open, a and b, and their verdicts differ.
 - **used as stated**: the package or its trials take this value from the paper, so agreement is no evidence.
 - **not testable here**: the package has no model of what the claim is about.
@@ -34,6 +34,9 @@ What agreement is worth depends on the class of the claim, which `data/README.md
 claims has the reason for each. The *null model* is made of geometry and five numbers, without a sensor and a receiver
 (`bicode_studies/claims/null_model.py`), and is judged by the same rule. A claim that it reproduces, too, does not say
 that our camera is right.
+
+Accuracies are shares of periods, 0 .. 1. A claim about several conditions shows the one that agrees least by its
+interval: where all is read everywhere, this is the one with the fewest seeds.
 """
 
 

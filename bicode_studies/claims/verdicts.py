@@ -9,13 +9,14 @@
     no trials yet     the trials of the figure have not been run
 
 So "reproduced" and "contradicted" ask for the same certainty. The interval that is judged is wider than the 95 % one
-that is shown: 40 claims are judged by trials, and in 95 % of all cases none of the 40 intervals may miss its truth. So
-each end of one may fail in 1 of 1,600 cases (Bonferroni). Holm's rule would decide a little more, but then a verdict on
-one claim would depend on the trials of all others.
+that is shown: 40 claims are judged by trials, and in at least 95 % of cases all 40 intervals are to hold their true
+values. So each end of one may fail in 1 of 1,600 cases (Bonferroni). Holm's rule would decide a little more, but then a
+verdict on one claim would depend on the trials of all others.
 
 The band is a difference that the paper itself cannot tell: 0.02 for accuracies (`statistics.ACCURACY_BAND`), 5 % for
-regions (`region_claims.RATIO_BAND`). Ranges have none: they are tested distances, and half of the gap to the next one,
-which the paper cannot tell, holds no other. Orders have none, either: their bound is 0.
+regions (`region_claims.RATIO_BAND`). Ranges have none: each is a tested distance. The paper cannot tell it from what
+lies within half of the gap to the next one, and no other tested distance lies there. Orders have none, either: their
+bound is 0.
 
 An order is judged by a difference that must be above 0. For ranges it is the difference of `ranges_m` at the step that
 rises least. For accuracies it is the difference of the last and the first level, averaged over the places that they

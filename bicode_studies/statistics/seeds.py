@@ -18,9 +18,9 @@ either alone misleads where the other is true:
 
 Where nothing contradicts rho = 1, as with no right period at all, this value has the largest likelihood, and the
 interval is nearly that of m independent results: ten seeds without an error say little more than ten periods. A single
-right period speaks against rho = 1, so the interval would be shorter with it than without, and a result could be
-certain only because it is worse. So no upper end lies below that of seeds without a right period, and no lower end
-above that of seeds without a wrong one.
+right period speaks against rho = 1, so the interval would be shorter with it than without it, and a verdict could be
+certain only because the result is worse. So no upper end lies below that of seeds without a right period, and no lower
+end above that of seeds without a wrong one.
 """
 
 from __future__ import annotations
