@@ -61,10 +61,30 @@ def test_a_right_sighting_is_right_in_its_period_only() -> None:
 
 
 def test_a_sighting_belongs_to_the_period_that_it_starts_with() -> None:
-    many = Periods(start_us=1000, count=12)
+    many = Periods(start_us=20_000, count=12)
     for k in (0, 10, 11):
-        table = score([at_marker(t_us=1000 + k * 33_000)], lambda _: [TRUTH], many)
+        table = score([at_marker(t_us=20_000 + k * 33_000)], lambda _: [TRUTH], many)
         assert table.index[table["id_right"]].tolist() == [k]
+
+
+def test_an_axis_at_the_limit_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    row = first_row(at_marker(rvec=turned(12)))
+    monkeypatch.setattr("bicode_studies.score.AXIS_DEG", row["axis_deg"])
+    assert first_row(at_marker(rvec=turned(12)))["marker_2d_right"]
+    monkeypatch.setattr("bicode_studies.score.AXIS_DEG", np.nextafter(row["axis_deg"], 0))
+    assert not first_row(at_marker(rvec=turned(12)))["marker_2d_right"]
+
+
+def test_an_axis_that_points_the_other_way_is_off_by_180_degrees_whatever_the_rounding() -> None:
+    """Of a rotation by half a turn, the cosines of two axes are -1, and some round to a little less."""
+    least = 0.0
+    for yaw_deg in np.linspace(-60, 60, 61):
+        truth = replace(TRUTH, pose=Pose.facing(2.5, yaw_deg=float(yaw_deg), roll_deg=35))
+        upside_down = truth.pose.rotation @ turn_about("z", 180)
+        seen = tuple(float(each) for each in cv2.Rodrigues(upside_down)[0].ravel())
+        least = min(least, float(np.diag(cv2.Rodrigues(np.array(seen))[0].T @ truth.pose.rotation).min()))
+        assert first_row(at_marker(rvec=seen), truth=truth)["axis_deg"] == pytest.approx(180, abs=1e-4)
+    assert least < -1
 
 
 def test_the_default_period_is_the_paper_s() -> None:
