@@ -127,6 +127,31 @@ def posterior_table(found: Population, trials: Trials) -> pd.DataFrame:
     return table[[*COLUMNS, *cells]].sort_values("weight", ascending=False, kind="stable", ignore_index=True)
 
 
+def read_posterior(path: str | Path) -> pd.DataFrame:
+    """Read a table that `posterior_table` made and a command wrote.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    DataFrame
+
+    Raises
+    ------
+    ValueError
+        If the weights or a constant are missing.
+    """
+    table = pd.read_csv(path)
+    missing = [name for name in ("weight", *NAMES) if name not in table]
+    if missing:
+        raise ValueError(
+            f"{Path(path).name} has no column {missing[0]}, so it is no table of sets; bicode calibrate writes one"
+        )
+    return table
+
+
 def quantiles(table: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
     """Return where the weighted sets of a posterior lie.
 

@@ -17,6 +17,7 @@ from bicode_studies.calibration.posterior import (
     Trials,
     calibrate,
     posterior_table,
+    read_posterior,
     tension,
     terms_in_use,
     tried_table,
@@ -93,7 +94,9 @@ def _run(trials: Trials, path: Path) -> None:
 
 def _predict(n: int, jobs: int, path: Path) -> None:
     """Judge the claims with sets of the posterior and of the prior, write the table and print the shares."""
-    posterior = pd.read_csv(repository_root() / TABLE)
+    posterior = read_posterior(repository_root() / TABLE)
+    worth = 1 / (posterior["weight"] ** 2).sum()
+    click.echo(f"{TABLE}: {len(posterior)} sets, worth {worth:.0f} of equal weight")
     sets = {"posterior": sets_of_posterior(posterior, n), "prior": sets_of_prior(n)}
     table = predict_claims(read_claims(), sets, repository_root() / PREDICTION_STORE, jobs=jobs)
     table.to_csv(path, index=False, float_format="%.4g", lineterminator="\n")

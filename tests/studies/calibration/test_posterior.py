@@ -21,6 +21,7 @@ from bicode_studies.calibration.posterior import (
     calibrate,
     posterior_table,
     quantiles,
+    read_posterior,
     tension,
     terms_in_use,
     tried_table,
@@ -134,6 +135,15 @@ def test_quantiles_are_weighted() -> None:
     found = quantiles(table, ["one", "other"])
     assert found.loc["one"].tolist() == [2.0, 2.0, 9.0]
     assert found.loc["other"].tolist() == [1.0, 8.0, 8.0]
+
+
+def test_a_table_without_weights_is_no_posterior(tmp_path: Path) -> None:
+    table, _ = run(tmp_path / "trials.sqlite")
+    table.to_csv(tmp_path / "sets.csv", index=False)
+    assert list(read_posterior(tmp_path / "sets.csv").columns) == list(table.columns)
+    table.drop(columns="weight").to_csv(tmp_path / "sets.csv", index=False)
+    with pytest.raises(ValueError, match=r"sets\.csv has no column weight, so it is no table of sets"):
+        read_posterior(tmp_path / "sets.csv")
 
 
 def test_the_rule_is_the_one_that_was_written_down() -> None:

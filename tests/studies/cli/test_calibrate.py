@@ -110,11 +110,17 @@ def test_claims_are_judged_with_sets_of_both_origins(
         )
 
     (tmp_path / "results").mkdir()
-    pd.DataFrame([{**vars(candidate_in_use()), "weight": 1.0}]).to_csv(tmp_path / command_calibrate.TABLE)
+    sets = pd.DataFrame([{**vars(candidate_in_use()), "weight": 1.0}])
+    sets.drop(columns="weight").to_csv(tmp_path / command_calibrate.TABLE)
+    code, _, err = run("--predict", "3")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "posterior.csv has no column weight" in err
+    sets.to_csv(tmp_path / command_calibrate.TABLE)
     monkeypatch.setattr(command_calibrate, "predict_claims", predict)
     code, out, _ = run("--predict", "3", "--jobs", "2")
     assert code == 0
-    assert out.splitlines()[1].split() == ["F9.1", "a", "1.0", "0.0"]
+    assert out.splitlines()[0] == "results/posterior.csv: 1 sets, worth 1 of equal weight"
+    assert out.splitlines()[2].split() == ["F9.1", "a", "1.0", "0.0"]
     assert len(pd.read_csv(tmp_path / command_calibrate.PREDICTIONS)) == 2
     assert not jobs
 
