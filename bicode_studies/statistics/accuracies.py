@@ -58,7 +58,8 @@ def accuracy_curves(table: pd.DataFrame, by: list[str]) -> pd.DataFrame:
     both = {"blinker": "id_right", "2d": "marker_2d_right"}
     keys = ["receiver", "frame_rule_2d", *by]
     parts = [over_seeds(table, keys, right).assign(kind=kind) for kind, right in both.items()]
-    return pd.concat(parts, ignore_index=True)[["kind", *parts[0].columns.drop("kind")]]
+    curves = pd.concat(parts, ignore_index=True)
+    return curves[["kind", *curves.columns.drop("kind")]]
 
 
 def range_over_seeds(

@@ -53,10 +53,10 @@ def ranges_m(distances_m: Floats, accuracies: Floats) -> Floats:
     """
     n = last_reached(accuracies)
     rows = np.arange(len(accuracies))
-    inner = (n > 0) & (n < distances_m.size)
-    here, there = np.maximum(n - 1, 0), np.minimum(n, distances_m.size - 1)
+    # Where the last distance is reached, it is also the next one: no step. Where none is reached, this is not used.
+    here, there = n - 1, np.minimum(n, distances_m.size - 1)
     above, below = accuracies[rows, here], accuracies[rows, there]
-    step = np.where(inner, (above - HALF) / np.where(inner, above - below, 1), 0)
+    step = np.divide(above - HALF, above - below, out=np.zeros(n.shape), where=above != below)
     return np.asarray(np.where(n > 0, distances_m[here] + step * (distances_m[there] - distances_m[here]), 0.0))
 
 

@@ -27,6 +27,14 @@ def test_each_condition_has_its_own_row() -> None:
     assert (far["low"], far["high"]) == interval_over_seeds([50, 0], [50, 150])
 
 
+def test_conditions_keep_the_order_of_the_table_and_one_period_and_no_name_are_enough() -> None:
+    """A distance that is not known (nan) is a condition like any other."""
+    table = pd.DataFrame({"distance_m": [20.0, np.nan, 1.0], "periods": [1, 1, 1], "id_right": [0, 1, 1]})
+    found = over_seeds(table, ["distance_m"])
+    assert found["distance_m"].tolist() == pytest.approx([20.0, np.nan, 1.0], nan_ok=True)
+    assert found["accuracy"].tolist() == [0, 1, 1]
+
+
 def test_a_table_without_periods_has_no_rows() -> None:
     none = pd.DataFrame({"distance_m": [1.0], "periods": [0], "id_right": [0]})
     assert over_seeds(none, ["distance_m"]).to_dict("list") == {
@@ -40,6 +48,10 @@ def test_curves_have_a_part_for_the_blinker_and_one_for_the_2d_marker() -> None:
          "marker_2d_right": [8, 0]}
     )  # fmt: skip
     curves = accuracy_curves(table, ["distance_m"])
+    assert curves.index.tolist() == [0, 1, 2, 3]
+    assert curves.columns.tolist() == [
+        "kind", "receiver", "frame_rule_2d", "distance_m", "seeds", "periods", "accuracy", "low", "high"
+    ]  # fmt: skip
     assert curves["kind"].tolist() == ["blinker", "blinker", "2d", "2d"]
     assert curves["accuracy"].tolist() == [1.0, 0.5, 0.8, 0.0]
     assert curves["distance_m"].tolist() == [1.0, 2.0, 1.0, 2.0]
@@ -58,6 +70,12 @@ def test_the_range_of_a_table_is_that_of_its_accuracies_and_of_their_ends() -> N
     assert found[2] == pytest.approx(2 + 2 * (highs[1] - 0.5) / (highs[1] - highs[2]))
     wider = range_over_seeds(table, "right", "at", 0.999)
     assert wider[1] < found[1] < found[2] < wider[2]
+
+
+def test_the_range_of_seeds_is_that_of_their_mean_share_and_not_of_their_periods() -> None:
+    """Accuracies 1 at 1 m, and at 4 m 0.25, the mean of 0 of 30 and of 5 of 10: one half lies two thirds of the way."""
+    table = pd.DataFrame({"distance_m": [1, 1, 4, 4], "periods": [10, 30, 30, 10], "right": [10, 30, 0, 5]})
+    assert range_over_seeds(table, "right")[0] == pytest.approx(3)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.3, 0.9])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -35,6 +37,19 @@ def test_without_a_right_or_a_wrong_result_an_end_is_exact() -> None:
     n = np.arange(1, 500)
     assert (wilson(0 * n, n)[0] == 0).all()
     assert (wilson(n, n)[1] == 1).all()
+    for level in np.arange(500, 1000) / 1000:  # some of these levels round otherwise
+        assert (wilson(0 * n[:60], n[:60], level)[0] == 0).all()
+        assert (wilson(n[:60], n[:60], level)[1] == 1).all()
+
+
+@pytest.mark.parametrize("level", [0.95, 0.99])
+def test_ends_stay_within_0_and_1_where_rounding_would_carry_them_beyond(level: float) -> None:
+    """Counts that need not be whole, a hair from none and from all of few results."""
+    rng = np.random.default_rng(0)
+    n = rng.uniform(0.1, 2, 100_000)
+    hair = n * 10 ** rng.uniform(-16, -6, n.size)
+    assert wilson(hair, n, level)[0].min() >= 0
+    assert wilson(n - hair, n, level)[1].max() <= 1
 
 
 def test_wilson_of_arrays_is_that_of_each_element() -> None:
@@ -59,8 +74,12 @@ def test_intervals_have_the_level_that_is_asked_for(level: float) -> None:
     assert interval_of_mean(values, level) == pytest.approx((mean.low, mean.high))
 
 
-def test_one_value_tells_nothing_of_scatter() -> None:
-    assert np.isnan(interval_of_mean([3.0])).all()
+def test_one_value_tells_nothing_of_scatter_and_two_do() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # nothing is divided by 0
+        assert np.isnan(interval_of_mean([3.0])).all()
+    wide = np.tan(0.475 * np.pi)  # of two values, Student's distribution is Cauchy's: 12.7 half distances for 95 %
+    assert interval_of_mean([1.0, 3.0]) == pytest.approx((2 - wide, 2 + wide))
 
 
 def test_a_difference_of_shares_has_newcombe_s_interval() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -27,6 +29,13 @@ def test_the_last_fall_counts_and_none_ends_at_the_last_distance() -> None:
     distances = np.array([10.0, 20.0, 30.0, 40.0])
     curves = np.array([[1, 0.4, 0.6, 0.2], [1, 1, 1, 0.5], [0.4, 0.3, 0.2, 0.1], [0.5, 0.4, 0.0, 0.0]])
     assert ranges_m(distances, curves).tolist() == pytest.approx([32.5, 40.0, 0.0, 10.0])
+
+
+def test_level_curves_need_no_division() -> None:
+    """A curve that reaches one half nowhere, or everywhere, and does not fall between distances."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert ranges_m(np.array([10.0, 20.0]), np.array([[0.4, 0.4], [0.6, 0.6]])).tolist() == [0, 20]
 
 
 def test_the_ends_of_a_range_are_where_the_ends_of_the_accuracies_cross_one_half() -> None:

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
-from scipy.stats import binom
+from scipy.special import betainc, expit, logit
+from scipy.stats import beta, betabinom, binom
 
 from bicode_studies.statistics import interval_over_seeds
-from bicode_studies.statistics.seeds import probability_up_to
+from bicode_studies.statistics.seeds import RHO, probability_up_to
 from tests.studies.statistics.coverage import REPEATS, TABLE, WORLDS, misses
 
 seeds = st.integers(2, 12).flatmap(
@@ -55,6 +56,69 @@ def test_periods_that_scatter_as_independent_ones_count_nearly_one_by_one() -> N
     least, most = binomial_interval(int(right.sum()), 8000)
     assert 0.97 < (high - low) / (most - least) < 1.25
     assert (high + low) / 2 == pytest.approx((most + least) / 2, abs=0.001)
+
+
+def test_correlations_are_the_middles_of_24_equally_likely_parts() -> None:
+    """Those below one in a million are set to it."""
+    middles = (np.arange(24) + 0.5) / 24
+    least = beta(0.15, 0.5).cdf(1e-6)
+    assert beta(0.15, 0.5).cdf(RHO) == pytest.approx(np.maximum(middles, least))
+    assert (RHO == 1e-6).sum() == (middles < least).sum() > 0
+
+
+@pytest.mark.parametrize(
+    ("right", "periods"), [([3, 0, 5, 9], [7, 4, 5, 20]), ([1, 0, 0], [2, 2, 2]), ([4, 6], [4, 6]), ([0, 0], [3, 30])]
+)
+@pytest.mark.parametrize("accuracy", [0.03, 0.4, 0.9])
+def test_the_tail_is_the_mean_over_correlations_that_the_module_describes(
+    right: list[int], periods: list[int], accuracy: float
+) -> None:
+    """Written with one correlation at a time, from SciPy's own distributions."""
+    k, n, m = np.array(right), np.array(periods), len(right)
+    share, wrong, sums = (k / n).mean(), 1 - accuracy, np.zeros(2)
+    for rho in RHO:
+        alike = 1 / (rho / m + (1 - rho) * (1 / n).sum() / m**2)
+        x = alike * share
+        below = betainc(alike - x + 1, x, wrong) if k.any() else 0
+        up_to = betainc(alike - x, x + 1, wrong) if (k < n).any() else 1
+        total = 1 / rho - 1  # a beta distribution of a and b has the correlation 1 / (a + b + 1)
+        whole = np.where(k == n, accuracy, np.where(k == 0, wrong, 0))
+        by_degrees = betabinom.pmf(k, n, accuracy * total, wrong * total).prod()
+        all_or_nothing = ((1 - rho) * binom.pmf(k, n, accuracy) + rho * whole).prod()
+        sums += (by_degrees + all_or_nothing) * np.array([(below + up_to) / 2, 1])
+    found = probability_up_to(k.astype(float), n.astype(float))(accuracy)
+    assert found == pytest.approx(sums[0] / sums[1], rel=1e-7)
+
+
+def test_ends_below_the_least_accuracy_that_is_tried_are_0() -> None:
+    """One right of ten seeds of one period: the lower end is nearly (1 - level) / 10, if that is 1e-9 or more."""
+    one, n = [1] + [0] * 9, [1] * 10
+    for end in (1.3e-9, 1.8e-9):
+        low, _ = interval_over_seeds(one, n, 1 - 10 * end)
+        assert low == pytest.approx(end, rel=1e-3)
+        assert 1 - interval_over_seeds([0] + [1] * 9, n, 1 - 10 * end)[1] == pytest.approx(end, rel=1e-3)
+    for end in (0.6e-9, 0.9e-9):
+        assert interval_over_seeds(one, n, 1 - 10 * end)[0] == 0
+        assert interval_over_seeds([0] + [1] * 9, n, 1 - 10 * end)[1] == 1
+
+
+def test_an_end_at_the_least_accuracy_itself_is_0_and_one_that_no_accuracy_reaches_is_1() -> None:
+    tail = probability_up_to(np.array([1.0]), np.array([10.0]))(1e-9)
+    assert interval_over_seeds([1], [10], 2 * tail - 1)[0] == 0
+    assert probability_up_to(np.full(100, 5.0), np.full(100, 10.0))(1 - 1e-9) == 0
+    assert interval_over_seeds([5] * 100, [10] * 100, 1)[1] == 1
+
+
+def test_ends_are_found_to_a_third_of_a_millionth_of_their_odds() -> None:
+    """Where the tail probability is that of the end, found anew by a finer search."""
+    rng = np.random.default_rng(0)
+    for _ in range(12):
+        n = rng.integers(20, 200, 8)
+        k = rng.binomial(n, 0.4)
+        tail = probability_up_to(k.astype(float), n.astype(float))
+        for end, at in zip(interval_over_seeds(k, n), (0.975, 0.025), strict=True):
+            exact = brentq(lambda x, at=at, tail=tail: tail(expit(x)) - at, -9, 9, xtol=1e-12)
+            assert abs(logit(end) - exact) < 3.3e-7
 
 
 def test_a_seed_counts_as_much_as_another_however_long_it_is() -> None:
