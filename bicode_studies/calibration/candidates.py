@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 
 from bicode_lab.camera import Scene
-from bicode_lab.constants import constant
+from bicode_lab.constants import all_constants, constant
 from bicode_lab.recognition import ReceiverSettings
 from bicode_studies.paper_experiments.variants import with_pattern
 
@@ -54,6 +55,21 @@ def candidate_of(values: Mapping[str, float]) -> Candidate:
     """
     kept = {name: round(values[name]) if name in WHOLE else float(f"{values[name]:.3g}") for name in NAMES}
     return Candidate(**kept)  # type: ignore[arg-type]
+
+
+def other_constants(replaced: Collection[str]) -> str:
+    """Return the constants that are not replaced, as JSON of their values by name, so that trials are kept under them.
+
+    Parameters
+    ----------
+    replaced : collection of str
+        Names of constants.
+
+    Returns
+    -------
+    str
+    """
+    return json.dumps({name: one.value for name, one in all_constants().items() if name not in replaced})
 
 
 def candidate_scene(scene: Scene, candidate: Candidate, size_px: tuple[int, int] | None = None) -> Scene:

@@ -19,7 +19,6 @@ whose sum passes the tolerance is not tried on the rest, since no term is negati
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from itertools import pairwise
@@ -27,8 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from bicode_lab.constants import all_constants
-from bicode_studies.calibration.candidates import NAMES, NOT_IN_FIG_8, Candidate
+from bicode_studies.calibration.candidates import NAMES, NOT_IN_FIG_8, Candidate, other_constants
 from bicode_studies.calibration.cells import (
     HIGH_MA,
     LOW_MA,
@@ -56,6 +54,7 @@ TERMS = (
     "latency", "quiet_rate", "refractory", "F8.1 2.5 m", "F8.3a", "F8.4a", "F8.6", "F8.2", "F8.1 1 m", "F8.3b", "F8.4b",
     "F8.5", "blinks", "F8.1 0.5 m",
 )  # fmt: skip
+FITTED = (*NAMES, *NOT_IN_FIG_8)  # here, or to another claim
 Accuracy = Callable[[Cell], float]
 
 
@@ -158,12 +157,6 @@ def order_term(accuracy: Accuracy) -> float:
     return _excess(accuracy(("ID", LOW_MA, 50.0))) ** 2
 
 
-def other_constants() -> str:
-    """Return the constants that are neither fitted here nor to other claims, as JSON of their values by name."""
-    fitted = {*NAMES, *NOT_IN_FIG_8}
-    return json.dumps({name: one.value for name, one in all_constants().items() if name not in fitted})
-
-
 def try_proposal(proposal: Proposal, seed: int) -> list[dict[str, Any]]:
     """Find the distance of a candidate, up to its tolerance.
 
@@ -184,7 +177,7 @@ def try_proposal(proposal: Proposal, seed: int) -> list[dict[str, Any]]:
     ValueError
         If the constants that are not fitted have other values here than those that the trial is kept under.
     """
-    if proposal.others != other_constants():
+    if proposal.others != other_constants(FITTED):
         raise ValueError("constants.csv has changed since the run was started; start it anew")
     candidate = proposal.candidate
     found: dict[Cell, float] = {}

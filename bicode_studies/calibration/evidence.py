@@ -153,8 +153,7 @@ def quiet_misfit(candidate: Candidate) -> float:
     -------
     float
     """
-    log_ratio = np.log(max(quiet_rate_hz(candidate), 1e-300) / measured("quiet_rate"))
-    return max(0.0, float(log_ratio / np.log(measured("quiet_rate_factor"))))
+    return _excess(max(quiet_rate_hz(candidate), 1e-300), measured("quiet_rate"), measured("quiet_rate_factor"))
 
 
 def refractory_misfit(candidate: Candidate) -> float:
@@ -168,8 +167,12 @@ def refractory_misfit(candidate: Candidate) -> float:
     -------
     float
     """
-    log_ratio = np.log(candidate.refractory_us / measured("longest_refractory"))
-    return max(0.0, float(log_ratio / np.log(measured("longest_refractory_factor"))))
+    return _excess(candidate.refractory_us, measured("longest_refractory"), measured("longest_refractory_factor"))
+
+
+def _excess(value: float, bound: float, factor: float) -> float:
+    """Return by how many factors of uncertainty a value is above a measured bound; 0 if it is not above."""
+    return max(0.0, float(np.log(value / bound) / np.log(factor)))
 
 
 def blink_misfit(candidate: Candidate) -> float:

@@ -55,9 +55,14 @@ def _bins(name: str) -> tuple[npt.NDArray[np.float64], bool]:
     if name in WHOLE:
         step = max(1, round((one.high - one.low + 1) / BARS))
         return np.arange(one.low, one.high + step + 1, step) - 0.5, False
-    if SHAPES[name][0].startswith("log-"):
+    if _is_log(name):
         return np.geomspace(one.low, one.high, BARS + 1), True
     return np.linspace(one.low, one.high, BARS + 1), False
+
+
+def _is_log(name: str) -> bool:
+    """Return whether the prior of a constant is even on a logarithmic axis."""
+    return name in SHAPES and SHAPES[name][0].startswith("log-")
 
 
 def draw_trade(table: pd.DataFrame, ax: Axes, *, x: str, y: str) -> Axes:
@@ -79,7 +84,7 @@ def draw_trade(table: pd.DataFrame, ax: Axes, *, x: str, y: str) -> Axes:
     ax.scatter(table[x], table[y], s=area, color="#0072B2", alpha=0.6, linewidth=0)
     chosen = table[table["is_medoid"] == 1]
     ax.plot(chosen[x], chosen[y], linestyle="none", marker="D", color="black", markerfacecolor="none", label="medoid")
-    scales = {name: "log" if name in SHAPES and SHAPES[name][0].startswith("log-") else "linear" for name in (x, y)}
+    scales = {name: "log" if _is_log(name) else "linear" for name in (x, y)}
     ax.set(xlabel=x, ylabel=y, xscale=scales[x], yscale=scales[y])
     for axis in (ax.xaxis, ax.yaxis):
         if axis.get_scale() == "log":

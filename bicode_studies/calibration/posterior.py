@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from bicode_studies.calibration.candidates import NAMES, candidate_in_use
+from bicode_studies.calibration.candidates import NAMES, candidate_in_use, other_constants
 from bicode_studies.calibration.cells import SEEDS, cell_name
-from bicode_studies.calibration.distance import TERMS, Proposal, other_constants, try_proposal
+from bicode_studies.calibration.distance import FITTED, TERMS, Proposal, try_proposal
 from bicode_studies.calibration.evidence import MEASURED, latency_misfit
 from bicode_studies.calibration.population import Population, Rule, medoid, populations
 from bicode_studies.calibration.prior import Floats, Points, candidates_at, prior_of_constants
@@ -63,7 +63,7 @@ class Trials:
         ndarray, shape (n,)
             Infinite where a candidate was given up.
         """
-        others = other_constants()
+        others = other_constants(FITTED)
         trials = [
             (Proposal(candidate=candidate, tolerance=tolerance, others=others), first + place)
             for place, candidate in enumerate(candidates_at(points))
@@ -224,7 +224,7 @@ def terms_in_use(trials: Trials, times: int) -> pd.DataFrame:
     DataFrame
         One row for each time, with the columns of `distance.try_proposal`.
     """
-    proposal = Proposal(candidate=candidate_in_use(), tolerance=1e9, others=other_constants())
+    proposal = Proposal(candidate=candidate_in_use(), tolerance=1e9, others=other_constants(FITTED))
     asked = [(proposal, FIRST_IN_USE + time) for time in range(times)]
     result = sweep(
         try_proposal, asked, trials.store, jobs=trials.jobs, cluster=trials.cluster, data_files=(MEASURED,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -57,3 +58,20 @@ class ClaimResult:
     holds: bool | None = None
     is_input: bool = False
     why_not: str = ""
+
+    def bounds(self, lo: float, hi: float) -> tuple[float, float]:
+        """Return the bounds of agreement: those of this result where it has its own, else those of the claim.
+
+        Parameters
+        ----------
+        lo, hi : float
+            Bounds of the claim.
+
+        Returns
+        -------
+        lo, hi : float
+            0 and infinity for an order.
+        """
+        if self.is_order:
+            return 0.0, math.inf
+        return (lo if self.lo is None else self.lo), (hi if self.hi is None else self.hi)

@@ -11,7 +11,6 @@ wider by the number of numbers (Bonferroni).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TypedDict
@@ -223,9 +222,7 @@ def least_favourable(*tests: ClaimTest) -> ClaimTest:
 
 def _agreement(result: ClaimResult, lo: float, hi: float) -> tuple[bool, float]:
     """Return whether a result does not contradict its bounds, and how far inside them its judged interval lies."""
-    least, most = (lo if result.lo is None else result.lo), (hi if result.hi is None else result.hi)
-    if result.is_order:
-        least, most = 0.0, math.inf
+    least, most = result.bounds(lo, hi)
     low, high = result.judged_low or 0.0, result.judged_high or 0.0
     apart = bool(result.broken) or high < least - result.band or low > most + result.band
     return not apart, min(low - least, most - high)

@@ -31,7 +31,6 @@ it does not.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import pandas as pd
@@ -171,9 +170,7 @@ def judge_claim(claim: dict[Any, Any], tables: Tables) -> dict[str, Any]:
     notes += [f"the other way: {result.broken}" for result in results if result.broken]
     notes += [claim["cause"], claim["tension"]]
     for reading, result in zip(readings, results, strict=True):
-        lo, hi = (reading.lo if result.lo is None else result.lo), (reading.hi if result.hi is None else result.hi)
-        if result.is_order:
-            lo, hi = 0.0, math.inf
+        lo, hi = result.bounds(reading.lo, reading.hi)
         found = _verdict_of(result, lo, hi, reading)
         numbers = (result.value, result.low, result.high, lo, hi, found)
         row |= {f"{column}_{reading.name}": each for column, each in zip(READING_COLUMNS, numbers, strict=True)}

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bicode_studies.calibration.candidates import NAMES, Candidate, candidate_of
+from bicode_studies.calibration.candidates import NAMES, Candidate, candidate_of, other_constants
 from bicode_studies.calibration.prior import candidates_at, prior_of_constants
 from bicode_studies.claims.claim_result import ClaimResult, NoTrials
 from bicode_studies.claims.figure_claims import SECOND, TESTS
 from bicode_studies.claims.readings import Reading, readings_of
-from bicode_studies.predictions.trials_of_set import FIGURES, FigureOfSet, other_constants, run_figure_of_set, seeds_of
+from bicode_studies.claims.verdicts import REPRODUCED, order_verdict, verdict
+from bicode_studies.predictions.trials_of_set import FIGURES, FigureOfSet, run_figure_of_set, seeds_of
 from bicode_studies.sweep.sweep import sweep
 from bicode_studies.sweep.workers import Trial
 
@@ -112,7 +113,7 @@ def predict(
 
 def _trials(candidate: Candidate, figures: Sequence[str]) -> list[Trial]:
     """Return the trials of a set."""
-    others = other_constants()
+    others = other_constants(NAMES)
     return [
         (FigureOfSet(figure=figure, candidate=candidate, others=others), seed)
         for figure in figures
@@ -173,12 +174,13 @@ def verdict_of_value(result: ClaimResult, reading: Reading) -> str:
     if value is None or math.isnan(value):
         return NO_VALUE
     if result.is_order:
-        return INSIDE if value > 0 and not result.broken else OUTSIDE
-    lo, hi = (reading.lo if result.lo is None else result.lo), (reading.hi if result.hi is None else result.hi)
-    least, most = lo - result.band, hi + result.band
-    above = value > least if reading.lo_open else value >= least
-    below = value < most if reading.hi_open else value <= most
-    return INSIDE if above and below else OUTSIDE
+        found = order_verdict(value, value, bool(result.broken))
+    else:
+        above, below = reading.lo_open, reading.hi_open
+        found = verdict(
+            value, value, *result.bounds(reading.lo, reading.hi), above=above, below=below, band=result.band
+        )
+    return INSIDE if found == REPRODUCED else OUTSIDE
 
 
 def shares(predictions: pd.DataFrame) -> pd.DataFrame:

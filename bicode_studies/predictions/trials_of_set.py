@@ -12,15 +12,13 @@ A set replaces the constants that were fitted to Fig. 8; the other ones are thos
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 from bicode_lab.camera import Scene
-from bicode_lab.constants import all_constants
 from bicode_lab.recognition import ReceiverSettings
-from bicode_studies.calibration.candidates import NAMES, Candidate, candidate_receiver, candidate_scene
+from bicode_studies.calibration.candidates import NAMES, Candidate, candidate_receiver, candidate_scene, other_constants
 from bicode_studies.calibration.cells import FAR_PX
 from bicode_studies.paper_experiments import grids
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
@@ -54,11 +52,6 @@ class FigureOfSet:
     others: str
 
 
-def other_constants() -> str:
-    """Return the constants that a set does not replace, as JSON of their values by name."""
-    return json.dumps({name: one.value for name, one in all_constants().items() if name not in NAMES})
-
-
 def seeds_of(figure: str) -> range:
     """Return the seeds that a figure is run with."""
     return range(PAN_SEEDS if figure == "12" else SEEDS)
@@ -83,7 +76,7 @@ def run_figure_of_set(wanted: FigureOfSet, seed: int) -> list[dict[str, Any]]:
     ValueError
         If `constants.csv` has other values here than where the run was started.
     """
-    if wanted.others != other_constants():
+    if wanted.others != other_constants(NAMES):
         raise ValueError("constants.csv has changed since the run was started; start it anew")
     candidate = wanted.candidate
     if wanted.figure == "13":

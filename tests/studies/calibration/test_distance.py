@@ -11,9 +11,9 @@ import pytest
 
 from bicode_lab.constants import constant
 from bicode_studies.calibration import distance
-from bicode_studies.calibration.candidates import NAMES, NOT_IN_FIG_8, candidate_in_use
+from bicode_studies.calibration.candidates import NAMES, NOT_IN_FIG_8, candidate_in_use, other_constants
 from bicode_studies.calibration.cells import SEEDS, Cell, seeds_of
-from bicode_studies.calibration.distance import TERMS, Proposal, other_constants, terms, try_proposal
+from bicode_studies.calibration.distance import FITTED, TERMS, Proposal, terms, try_proposal
 
 SOFT = 2 * np.log(2)
 RIGHT: dict[Cell, float] = {
@@ -87,7 +87,7 @@ def tried(monkeypatch: pytest.MonkeyPatch, tolerance: float, accuracies: Mapping
         return accuracies[cell]
 
     monkeypatch.setattr(distance, "cell_accuracy", read)
-    proposal = Proposal(candidate=candidate_in_use(), tolerance=tolerance, others=other_constants())
+    proposal = Proposal(candidate=candidate_in_use(), tolerance=tolerance, others=other_constants(FITTED))
     (row,) = try_proposal(proposal, 7)
     return row
 
@@ -118,7 +118,7 @@ def test_a_candidate_that_fails_at_the_last_term_is_not_accepted(monkeypatch: py
 
 
 def test_other_constants_are_those_that_a_trial_depends_on() -> None:
-    others = json.loads(other_constants())
+    others = json.loads(other_constants(FITTED))
     assert others["halo_px"] == constant("halo_px")
     assert not {*NAMES, *NOT_IN_FIG_8} & set(others)
     with pytest.raises(ValueError, match="has changed since the run"):

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
+from bicode_studies.claims.claim_result import ClaimResult
 from bicode_studies.claims.curves import Curve
 from bicode_studies.claims.figure_claims import SECOND, TESTS
 from bicode_studies.claims.statistics import ACCURACY_BAND, FAMILY, FAMILY_LEVEL, both_intervals, worst_accuracy
@@ -158,3 +159,10 @@ def test_all_right_is_certain_from_265_seeds_on() -> None:
         assert result.judged_high is not None
         assert verdict(result.judged_low, result.judged_high, 0.995, 1.0, band=result.band) == expected
     assert np.isclose(result.value or 0.0, 1.0)
+
+
+def test_bounds_are_those_of_the_result_where_it_has_some_and_those_of_an_order_begin_at_0() -> None:
+    assert ClaimResult().bounds(0.2, 0.9) == (0.2, 0.9)
+    assert ClaimResult(lo=0.0).bounds(0.2, 0.9) == (0.0, 0.9)
+    assert ClaimResult(hi=1.0).bounds(0.2, 0.9) == (0.2, 1.0)
+    assert ClaimResult(is_order=True, lo=0.3, hi=0.4).bounds(0.2, 0.9) == (0.0, math.inf)

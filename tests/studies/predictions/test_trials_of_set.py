@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from bicode_lab.constants import constant
-from bicode_studies.calibration.candidates import candidate_in_use
+from bicode_studies.calibration.candidates import NAMES, candidate_in_use, other_constants
 from bicode_studies.paper_experiments import grids
 from bicode_studies.paper_experiments.conditions import Condition, receiver_settings
 from bicode_studies.paper_experiments.scenes import scene_of
@@ -19,7 +19,6 @@ from bicode_studies.predictions.trials_of_set import (
     PAN_M,
     FigureOfSet,
     conditions_of,
-    other_constants,
     run_figure_of_set,
     scene_and_receiver,
     seeds_of,
@@ -69,7 +68,7 @@ def test_the_sensor_is_as_small_as_it_may_be(condition: Condition, size_px: tupl
 def test_a_figure_has_the_columns_and_conditions_of_its_table(monkeypatch: pytest.MonkeyPatch) -> None:
     two = [Condition(figure="08", distance_m=d, duration_s=2 * PERIOD_S) for d in (2.5, 20.0)]
     monkeypatch.setattr(trials_of_set, "conditions_of", lambda figure: two)
-    wanted = FigureOfSet(figure="08", candidate=candidate_in_use(), others=other_constants())
+    wanted = FigureOfSet(figure="08", candidate=candidate_in_use(), others=other_constants(NAMES))
     rows = pd.DataFrame(run_figure_of_set(wanted, 1))
     usual = pd.DataFrame(run_trial(two[0], 1))
     assert list(rows.columns) == list(usual.columns)
@@ -86,15 +85,15 @@ def test_the_panels_of_fig_13_are_those_of_the_set(monkeypatch: pytest.MonkeyPat
     regions = []
     for bright in (0.001, 1.0):
         candidate = replace(candidate_in_use(), led_to_ambient=bright)
-        (row,) = run_figure_of_set(FigureOfSet(figure="13", candidate=candidate, others=other_constants()), 0)
+        (row,) = run_figure_of_set(FigureOfSet(figure="13", candidate=candidate, others=other_constants(NAMES)), 0)
         assert (row["panel"], row["figure"]) == ("b", "13")
         regions.append(row["region_px"])
     assert regions[0] < 20 < regions[1]
 
 
 def test_trials_are_kept_under_the_other_constants() -> None:
-    assert "aruco_id" not in other_constants()
-    assert f'"edge_glow": {constant("edge_glow")}' in other_constants()
+    assert "aruco_id" not in other_constants(NAMES)
+    assert f'"edge_glow": {constant("edge_glow")}' in other_constants(NAMES)
     wanted = FigureOfSet(figure="08", candidate=candidate_in_use(), others="{}")
     with pytest.raises(ValueError, match="has changed since the run"):
         run_figure_of_set(wanted, 0)
