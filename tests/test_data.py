@@ -42,7 +42,7 @@ def test_command_makes_the_shipped_recording(command: str, tmp_path: Path, monke
         main(words)
     assert ended.value.code == 0
     events, shipped = (open_recording(folder / words[1]).read() for folder in (tmp_path, DATA))
-    truth = Path(words[1]).with_suffix(".truth.json").name
+    truth = Path(words[1]).name + ".truth.json"
     assert (DATA / truth).exists() == ("--mystery" not in words)
     if "--mystery" not in words:
         made, kept = (json.loads((folder / truth).read_text(encoding="utf-8")) for folder in (tmp_path, DATA))

@@ -112,7 +112,7 @@ def test_commands_simulate_and_decode(tmp_path: Path, capsys: pytest.CaptureFixt
     with pytest.raises(SystemExit) as ended:
         main(["simulate", str(out), "--payload", "0xC3", "--distance-m", "5", "--seconds", "0.5", "--seed", "3"])
     assert ended.value.code == 0
-    truth = json.loads(out.with_suffix(".truth.json").read_text())
+    truth = json.loads(out.with_suffix(".npz.truth.json").read_text())
     assert truth["markers"][0]["id"] == 0xC3
     capsys.readouterr()
     with pytest.raises(SystemExit) as ended:
@@ -134,7 +134,7 @@ def test_packets_are_those_of_the_truth(tmp_path: Path, capsys: pytest.CaptureFi
     with pytest.raises(SystemExit):
         main(["decode", str(out), "--packets", "--format", "jsonl"])
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    starts = np.array(json.loads(out.with_suffix(".truth.json").read_text())["markers"][0]["packet_starts_us"])
+    starts = np.array(json.loads(out.with_suffix(".npz.truth.json").read_text())["markers"][0]["packet_starts_us"])
     events = open_recording(out).read()
     # A packet can be read where its off time is seen to begin and its last edge is in the recording.
     whole = starts[(starts > events["t"][0]) & (starts + 14_000 < events["t"][-1])]

@@ -2,6 +2,9 @@
 
 A command is imported only when it is called, so that ``bicode --help`` answers at once.
 Misuse ends with one line on stderr and exit code 2; ``--debug`` shows the traceback.
+
+Click's own ``main`` is not called: it would turn a closed pipe into exit code 1 and a damaged file (``EOFError``) into
+a stop from the keyboard.
 """
 
 from __future__ import annotations
@@ -33,6 +36,9 @@ COMMANDS = {
     "bench": ("bench", "bench", "Measure the speed of simulation and receivers on this machine."),
     "doctor": ("doctor", "doctor", "Check that all that is needed is installed and works."),
 }
+
+
+WITHOUT_KERNELS = {"marker", "claims", "doctor"}
 
 
 class LazyGroup(click.Group):
@@ -79,8 +85,9 @@ def cli(debug: bool) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and end the process with its exit code.
 
-    The code is 0 on success, 1 if something that ran failed (a notebook, a check), 2 for misuse or a bad file (with
-    one line on stderr) and 130 if the command was stopped from the keyboard.
+    The code is 0 on success, also if the reader of a pipe has seen enough; 1 if something that ran failed (a notebook,
+    a check) or an error was not foreseen; 2 for misuse or a bad file (with one line on stderr); 130 if the command was
+    stopped from the keyboard.
 
     Parameters
     ----------
@@ -94,8 +101,9 @@ def _run(arguments: Sequence[str] | None) -> int:
     """Run the command and return its exit code; an error becomes one line on stderr."""
     try:
         typed = list(sys.argv[1:] if arguments is None else arguments)
-        result = cli.main(args=typed, prog_name="bicode", standalone_mode=False)
-        return result if isinstance(result, int) else 0
+        code = _call(typed)
+        sys.stdout.flush()
+        return code
     except click.exceptions.Exit as ended:
         return ended.exit_code
     except (KeyboardInterrupt, click.Abort):
@@ -107,13 +115,66 @@ def _run(arguments: Sequence[str] | None) -> int:
     except click.ClickException as error:
         return _report(error.format_message() + _where_to_read(error), error.exit_code)
     except BrokenPipeError:  # the program that reads our output (head, less) has ended
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _write_to_nobody()
         return 0
-    except OSError as error:
+    except Exception as error:
+        return _explain(error)
+
+
+def _call(typed: list[str]) -> int:
+    """Call the command of the words that were typed and return its exit code."""
+    if "_BICODE_COMPLETE" in os.environ:  # the shell asks for completions
+        cli.main(args=typed, prog_name="bicode")
+    _refuse_kernels_without_compiler(typed)
+    with cli.make_context("bicode", typed) as ctx:
+        result = cli.invoke(ctx)
+    return result if isinstance(result, int) else 0
+
+
+def _refuse_kernels_without_compiler(typed: list[str]) -> None:
+    """Raise ValueError if numba is told not to compile and the command needs kernels, which run only compiled."""
+    told = os.environ.get("NUMBA_DISABLE_JIT", "")
+    needs = any(word in COMMANDS and word not in WITHOUT_KERNELS for word in typed[:2])
+    if told not in ("", "0") and needs and not {"-h", "--help"} & set(typed):
+        raise ValueError(f"NUMBA_DISABLE_JIT={told} is set, and this command's kernels run only compiled; unset it")
+
+
+def _explain(error: Exception) -> int:
+    """Write one line on an error that is no misuse of options, and return the exit code."""
+    damage = _damaged_kernel(error)
+    if damage:
+        return _report(damage, 2)
+    if isinstance(error, OSError):
         named = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
         return _report(named, 2)
-    except (ValueError, metadata.PackageNotFoundError) as error:
+    if isinstance(error, ValueError | metadata.PackageNotFoundError):
         return _report(str(error), 2)
+    if isinstance(error, MemoryError):
+        return _report(f"there is not enough memory ({error or 'MemoryError'}); read a shorter file, or free some", 2)
+    return _report(
+        f"{type(error).__name__}: {error} (this was not foreseen; bicode --debug ... shows where it happened)", 1
+    )
+
+
+def _damaged_kernel(error: Exception) -> str | None:
+    """Return a line on a damaged compiled kernel if that is the cause; numba is not imported for that."""
+    if "numba" not in sys.modules:
+        return None
+    from bicode_studies.cli.helpers.kernel_files import explain_damage
+
+    return explain_damage(error)
+
+
+def _write_to_nobody() -> None:
+    """Let everything that is still to be written to a closed pipe go nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except BrokenPipeError:
+            os.dup2(nowhere, stream.fileno())
+        except (OSError, ValueError):
+            pass
 
 
 def _where_to_read(error: click.ClickException) -> str:
@@ -126,5 +187,8 @@ def _report(message: str, code: int) -> int:
     """Write one line to stderr, below the traceback if that was asked for, and return the exit code."""
     if os.environ.get("BICODE_DEBUG", "0") not in ("", "0"):
         traceback.print_exc()
-    click.echo(f"bicode: {' '.join(message.split())}", err=True)
+    try:
+        click.echo(f"bicode: {' '.join(message.split())}", err=True)
+    except BrokenPipeError:
+        _write_to_nobody()
     return code

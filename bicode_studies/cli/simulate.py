@@ -17,6 +17,8 @@ from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Recorder, Scene
 from bicode_lab.events import Events
 from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import WRITABLE, open_recording, write_recording
+from bicode_studies.cli.helpers.kernel_files import say_if_compiling
+from bicode_studies.cli.helpers.output_files import force_option, refuse_existing, write_whole, written
 from bicode_studies.cli.options import Number, Real
 from bicode_studies.own_recording.mystery import SECONDS, fingerprint_ids, make_mystery_scene
 
@@ -61,13 +63,15 @@ from bicode_studies.own_recording.mystery import SECONDS, fingerprint_ids, make_
     metavar="SEED",
     help="Write an exercise instead: four markers with hidden IDs that are drawn from SEED.",
 )
+@force_option
 def simulate(
-    out: Path, seconds: float, seed: int, background: Path | None, mystery: int | None, **options: Any
+    out: Path, seconds: float, seed: int, background: Path | None, mystery: int | None, force: bool, **options: Any
 ) -> None:
     """Write the events of a simulated marker to OUT, and the ground truth to a file beside it.
 
-    The ending of OUT tells the format: .npz, .raw (EVT3), .aedat4, .dat, .csv or .h5. The ground truth has the name
-    of OUT with the ending .truth.json.
+    The ending of OUT tells the format: .npz, .raw (EVT3), .aedat4, .dat, .csv or .h5. The ground truth has the whole
+    name of OUT and .truth.json behind it: m.npz.truth.json beside m.npz. Files that are there are not replaced without
+    --force.
 
     With --mystery there is no ground truth. The command prints a fingerprint, which checks an answer without
     revealing it: bicode_studies.own_recording.mystery.fingerprint_ids gives the same for the right IDs.
@@ -76,6 +80,9 @@ def simulate(
         raise ValueError(f"{out.name} names no format that can be written; end it in one of {' '.join(WRITABLE)}")
     if not out.parent.is_dir():
         raise ValueError(f"there is no folder {out.parent}; make it first")
+    truth_file = truth_path(out)
+    refuse_existing([out] if mystery is not None else [out, truth_file], force)
+    say_if_compiling()
     if mystery is not None:
         _write_mystery(out, mystery)
         return
@@ -89,15 +96,20 @@ def simulate(
         scene = replace(scene, optics=replace(scene.optics, width=recording.width, height=recording.height))
         chunks = stream_over(recording.chunks(), scene, rng)
         counted = EventCounter(tqdm(chunks, unit=" chunks", disable=None, delay=2))
-    shift_us = write_recording(out, counted, scene.optics.width, scene.optics.height)
+    with written(out):
+        shift_us = write_recording(out, counted, scene.optics.width, scene.optics.height)
     start_us, duration_us = (0, round(seconds * 1e6)) if background is None else (counted.first_us, counted.length_us)
     lost = recorder.queue.lost if background is None else 0
     if shift_us:
         click.echo(f"{out}: its clock begins at 0; {shift_us} us were subtracted (header line t0)", err=True)
     truth = {"seed": seed, "n_events": counted.size, "n_lost": lost, **truth_table(scene, duration_us, start_us)}
-    truth_file = out.with_suffix(".truth.json")
-    truth_file.write_text(json.dumps(truth, indent=1) + "\n")
+    write_whole(truth_file, json.dumps(truth, indent=1) + "\n")
     click.echo(f"{out}: {counted.size} events in {duration_us * 1e-6:g} s; {truth_file}: the truth")
+
+
+def truth_path(recording: Path) -> Path:
+    """Return the file of the ground truth of a recording: its whole name, so that no two recordings share one."""
+    return recording.with_name(recording.name + ".truth.json")
 
 
 class EventCounter:
@@ -134,11 +146,12 @@ def _write_mystery(out: Path, seed: int) -> None:
     """Write the exercise recording of a seed, and print the fingerprint of its IDs."""
     ctx = click.get_current_context()
     given = [name for name in ctx.params if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE]
-    for name in set(given) - {"out", "mystery"}:
+    for name in set(given) - {"out", "mystery", "force"}:
         raise ValueError(f"--mystery decides everything by its seed; leave --{name.replace('_', '-')} out")
     scene = make_mystery_scene(seed)
     counted = EventCounter(_with_progress_bar(Recorder(scene, SECONDS, np.random.default_rng([seed, 1]))))
-    write_recording(out, counted, scene.optics.width, scene.optics.height)
+    with written(out):
+        write_recording(out, counted, scene.optics.width, scene.optics.height)
     fingerprint = fingerprint_ids(placed.marker.payload for placed in scene.markers)
     click.echo(f"{out}: {counted.size} events in {SECONDS:g} s; fingerprint of the IDs: {fingerprint}")
 

@@ -26,9 +26,9 @@ def simulate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Simulate:
     def run(*options: str) -> tuple[Events, dict[str, Any]]:
         out = tmp_path / "marker.npz"
         with pytest.raises(SystemExit) as ended:
-            main(["simulate", str(out), "--distance-m", str(DISTANCE_M), "--seconds", "0.04", *options])
+            main(["simulate", str(out), "--distance-m", str(DISTANCE_M), "--seconds", "0.04", "--force", *options])
         assert ended.value.code == 0, capsys.readouterr().err
-        return open_recording(out).read(), json.loads(out.with_suffix(".truth.json").read_text(encoding="utf-8"))
+        return open_recording(out).read(), json.loads(out.with_suffix(".npz.truth.json").read_text(encoding="utf-8"))
 
     return run
 
