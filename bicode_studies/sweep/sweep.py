@@ -98,7 +98,8 @@ def sweep(
     Raises
     ------
     ValueError
-        If other processes cannot find the function, a condition cannot be written as text, or a file is not a store.
+        If other processes cannot find the function, a condition cannot be written as text, or the store cannot be used
+        (see `store.TrialStore`).
     ConnectionError
         If the cluster cannot be reached, or the connection is lost; finished trials are kept.
     """
@@ -125,6 +126,7 @@ def sweep(
             finally:
                 workers.close()
                 bar.close()
+            kept.check()
         table = pd.DataFrame(kept.rows(asked))
     return Sweep(table=table, failures=tuple(failures[key] for key in asked if key in failures))
 

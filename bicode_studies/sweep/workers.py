@@ -25,6 +25,7 @@ import numpy as np
 from loky import ProcessPoolExecutor
 
 from bicode_studies.sweep.digest import digest_of
+from bicode_studies.sweep.scheduler import no_cluster, refuse_no_scheduler
 from bicode_studies.sweep.store import Key, Rows
 
 TRIES = 3  # of a trial whose worker dies
@@ -155,17 +156,16 @@ class ClusterWorkers:
             import distributed
         except ImportError:
             raise ValueError(
-                f"cluster={address!r} needs the package distributed; pip install 'bicode-lab[cluster]'"
+                f"cluster={address!r} needs the package distributed; in a clone of the repository: pip install '.[cluster]'"
             ) from None
         self._address = address
+        refuse_no_scheduler(address, TIMEOUT_S)
         try:
             self._client = distributed.Client(address, timeout=TIMEOUT_S, set_as_default=False)
         except ValueError as error:
             raise ValueError(f"cluster={address!r} is no address ({error}); write tcp://HOST:PORT") from None
         except OSError:
-            raise ConnectionError(
-                f"no cluster answers at {address}; start one with: dask scheduler, and dask worker {address}"
-            ) from None
+            raise ConnectionError(no_cluster(address)) from None
         try:
             self._client.wait_for_workers(1, timeout=TIMEOUT_S)
         except TimeoutError:

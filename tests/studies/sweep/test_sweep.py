@@ -108,7 +108,7 @@ def rows_of_objects(condition: Cheap, seed: int) -> list[dict[str, object]]:
         ({"trials": [(Cheap(distance_m=float("nan")), 0)]}, "finite numbers"),
         ({"function": lambda condition, seed: []}, "cannot be found by other processes"),
         ({"data_files": ("no/such.csv",)}, "data file no/such.csv is not"),
-        ({"cluster": "nowhere"}, "cluster='nowhere'|no cluster answers at nowhere"),
+        ({"cluster": "nowhere"}, "cluster='nowhere' is no address; write tcp://HOST:PORT"),
     ],
 )
 def test_misuse_is_refused_before_anything_runs(tmp_path: Path, change: dict[str, object], words: str) -> None:
