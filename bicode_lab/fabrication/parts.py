@@ -261,6 +261,8 @@ Check before you solder:
 
 ## The receiver must be told
 
+In a shell: `bicode decode RECORDING --marker marker.toml`. In Python:
+
     ReceiverSettings(
         packet_format={packet!r},
         dictionary={board.dictionary!r}, glow={board.glow!r}, pattern_size_m={board.pattern_size_m:.6g},

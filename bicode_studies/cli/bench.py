@@ -30,6 +30,8 @@ def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
     both are the same. "others" is the share of the machine that other programs used meanwhile: compare ratios within
     one run, and quote figures of an idle machine only.
     """
+    if save:
+        results_folder()  # says so at once where there is no repository
     watch = Watch()
     rows: list[Row] = []
     every = {**GROUPS, **LONG}

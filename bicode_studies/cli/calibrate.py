@@ -23,6 +23,8 @@ from bicode_studies.calibration.posterior import (
     tried_table,
 )
 from bicode_studies.claims.table import read_claims
+from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
+from bicode_studies.cli.options import needs_repository
 from bicode_studies.predictions.predict import predict as predict_claims
 from bicode_studies.predictions.predict import sets_of_posterior, sets_of_prior, shares
 from bicode_studies.repository import repository_root
@@ -48,7 +50,11 @@ TIMES = 4  # that the constants in use are tried
 @click.option("--only-current", is_flag=True, help="Judge only the constants that are in use.")
 @click.option("--beyond", is_flag=True, help="Fit the constants that Fig. 8 does not determine.")
 @click.option("--predict", type=click.IntRange(min=1), help="Judge claims with so many sets of posterior and prior.")
-def calibrate_command(jobs: int | None, out: Path | None, only_current: bool, beyond: bool, predict: int | None) -> int:
+@force_option
+@needs_repository()
+def calibrate_command(
+    jobs: int | None, out: Path | None, only_current: bool, beyond: bool, predict: int | None, force: bool
+) -> int:
     """Find the sets of constants that agree with Fig. 8 and with what was measured on such cameras.
 
     It tries some 5,000 candidates, which takes an hour or more on two cores, and writes the posterior: some 100 sets
@@ -59,6 +65,8 @@ def calibrate_command(jobs: int | None, out: Path | None, only_current: bool, be
     cores, and results/predictions.csv says which claims come out inside the paper's bounds.
     """
     jobs = jobs or default_jobs()
+    if out is not None:
+        refuse_existing([out] if predict else [out, _beside(out)], force)
     if beyond:
         for name in NOT_IN_FIG_8:
             click.echo(f"{name}: {fit_constant(name):g} (in the file: {constant(name):g})")
@@ -85,11 +93,16 @@ def _run(trials: Trials, path: Path) -> None:
             f"{(time.monotonic() - begun) / 60:.0f} min"
         )
     table = posterior_table(found, trials)
-    beside = path.with_name(f"{path.stem}_tried{path.suffix}")
+    beside = _beside(path)
     for each, where in ((table, path), (tried_table(trials), beside)):
         each.to_csv(where, index=False, float_format="%.4g", lineterminator="\n")
     _tell(table)
     click.echo(f"{len(table)} sets: {path.name}; all candidates: {beside.name}")
+
+
+def _beside(path: Path) -> Path:
+    """Return the file of the table of all candidates beside that of the posterior."""
+    return path.with_name(f"{path.stem}_tried{path.suffix}")
 
 
 def _predict(n: int, jobs: int, path: Path) -> None:

@@ -6,6 +6,7 @@ import click
 
 from bicode_studies.claims.beside_null import judge_beside_null, summary_line
 from bicode_studies.claims.table import as_json, as_markdown, as_page, as_text, missing_line, read_claims, read_trials
+from bicode_studies.cli.options import needs_repository
 from bicode_studies.repository import repository_root
 
 PAGE = "docs/claims.md"
@@ -23,6 +24,7 @@ README, README_LINE = "README.md", 2  # the third line of the file is the summar
     help="Use the short trials in results/quick/: too few for a verdict, enough to test the command.",
 )
 @click.option("--write", is_flag=True, help=f"Also write the table to {PAGE} and the summary to {README}.")
+@needs_repository()
 def claims(form: str, quick: bool, write: bool) -> int:
     """Judge every claim of the paper by the trials of its figure, and by a null model beside them.
 
@@ -42,6 +44,7 @@ def claims(form: str, quick: bool, write: bool) -> int:
         lines = readme.read_text(encoding="utf-8").split("\n")
         lines[README_LINE] = summary_line(judged)
         readme.write_text("\n".join(lines), encoding="utf-8")
+        click.echo(f"written: {page} and the third line of {readme}", err=True)
     missing = missing_line(set(tables), quick)
     if missing:
         click.echo(f"bicode: {missing}", err=True)

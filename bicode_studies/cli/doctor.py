@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import platform
 import re
@@ -15,8 +16,15 @@ from typing import Any
 
 import click
 
-INSTALL = "run: make clean-all figures (or: pip install --require-hashes -r environment/requirements.txt)"
+IN_A_CLONE = "run: make clean-all figures (or: pip install --require-hashes -r environment/requirements.txt)"
+ELSEWHERE = "in a clone of the repository, run: pip install ."
+EXTRAS = {
+    # extra: (module, what needs it); those who need no more than notebooks and commands do without
+    "app": ("voila", "bicode what-if needs it"),
+    "cluster": ("distributed", "--cluster needs it"),
+}
 MINIMUM_FREE_GB = 1.0
+PROJECT = Path(__file__).resolve().parents[2]
 
 Check = tuple[str, Callable[[], str], str]
 """Name of the check, a function that returns what it found or raises an error, and what to do in that case."""
@@ -26,7 +34,7 @@ Check = tuple[str, Callable[[], str], str]
 def doctor() -> int:
     """Check Python, all dependencies, ArUco, numba, fonts, folders, memory and the notebook kernel.
 
-    The exit code is 1 if a check fails.
+    The exit code is 1 if a check fails. What only one command needs may be missing; then that is said.
     """
     failures = 0
     for name, check, way_out in all_checks():
@@ -36,8 +44,22 @@ def doctor() -> int:
             failures += 1
             reason = (str(error).strip().splitlines() or [type(error).__name__])[-1]
             click.echo(f"FAIL  {name}: {reason}; {way_out}")
-    click.echo("all is well" if not failures else f"{failures} to mend")
+    missing = missing_extras()
+    for extra, needs in missing.items():
+        click.echo(f"none  {EXTRAS[extra][0]}: is not installed; {needs}: in a clone, pip install '.[{extra}]'")
+    well = "all is well" if not missing else "all is well, but for " + " and ".join(EXTRAS[each][0] for each in missing)
+    click.echo(well if not failures else f"{failures} to mend")
     return 1 if failures else 0
+
+
+def missing_extras() -> dict[str, str]:
+    """Return the extras that are not installed, and what needs each."""
+    return {extra: needs for extra, (module, needs) in EXTRAS.items() if importlib.util.find_spec(module) is None}
+
+
+def way_to_install() -> str:
+    """Return how packages are installed: by make in a clone of the repository, else by pip."""
+    return IN_A_CLONE if (PROJECT / "Makefile").is_file() else ELSEWHERE
 
 
 def all_checks() -> Iterator[Check]:
@@ -48,15 +70,16 @@ def all_checks() -> Iterator[Check]:
     Check
     """
     yield "python", check_python, "install Python 3.11, 3.12 or 3.13, then make PYTHON=python3.12 clean-all figures"
-    pins = read_pins()
+    pins, install = read_pins(), way_to_install()
     for name, allowed in requirements():
-        yield name, partial(check_package, name, allowed, pins.get(name.lower())), INSTALL
-    yield "cv2.aruco", check_aruco, "uninstall other opencv packages, they share a folder; then " + INSTALL
-    yield "numba", check_numba, INSTALL
-    yield "fonts", check_fonts, INSTALL
+        yield name, partial(check_package, name, allowed, pins.get(name.lower())), install
+    yield "cv2.aruco", check_aruco, "uninstall other opencv packages, they share a folder; then " + install
+    yield "numba", check_numba, install
+    yield "fonts", check_fonts, install
     yield "folders", check_folders, "set NUMBA_CACHE_DIR and MPLCONFIGDIR to folders that can be written to"
+    yield "kernels", check_kernels, "delete it, then it is compiled anew"
     yield "machine", check_machine, "close other programs, or run with --jobs 1"
-    yield "kernel", check_kernel, INSTALL
+    yield "kernel", check_kernel, install
 
 
 def requirements() -> list[tuple[str, str]]:
@@ -72,7 +95,7 @@ def requirements() -> list[tuple[str, str]]:
     except metadata.PackageNotFoundError:
         import tomllib
 
-        text = (Path(__file__).resolve().parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+        text = (PROJECT / "pyproject.toml").read_text(encoding="utf-8")
         lines = tomllib.loads(text)["project"]["dependencies"]
     plain = [line for line in lines if "extra ==" not in line]
     parts = [re.fullmatch(r"([\w.-]+)\s*(.*)", line.split(";")[0].strip()) for line in plain]
@@ -87,7 +110,7 @@ def read_pins() -> dict[str, str]:
     dict of str to str
         Versions by name of the package; empty outside a clone of the repository.
     """
-    path = Path(__file__).resolve().parents[2] / "environment" / "requirements.txt"
+    path = PROJECT / "environment" / "requirements.txt"
     if not path.is_file():
         return {}
     return dict(re.findall(r"^([\w.-]+)==([\w.]+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE))
@@ -147,6 +170,9 @@ def check_numba() -> str:
     """Compile a function with numba and call it."""
     import numba
 
+    config: Any = numba.config
+    if config.DISABLE_JIT:
+        raise RuntimeError("NUMBA_DISABLE_JIT is set, so nothing is compiled and no kernel runs; unset it")
     double: Callable[[int], int] = numba.njit(lambda x: 2 * x)
     if double(21) != 42:
         raise RuntimeError("a compiled function gives a wrong result")
@@ -173,6 +199,17 @@ def check_folders() -> str:
     if kernels is None:
         raise RuntimeError("compiled kernels cannot be cached, so every start is slow")
     return f"can be written to; kernels are cached in {kernels.parent}"
+
+
+def check_kernels() -> str:
+    """Read every compiled kernel of the present sources, or raise RuntimeError if one is damaged."""
+    from bicode_studies.cli.helpers.kernel_files import count_kernels, damaged_kernels
+
+    found = damaged_kernels()
+    if found:
+        more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+        raise RuntimeError(f"{found[0].file}{more} is damaged or cut short")
+    return f"{count_kernels()} compiled, none is damaged"
 
 
 def check_machine() -> str:

@@ -9,7 +9,8 @@ import click
 import pandas as pd
 
 from bicode_lab.recordings import open_recording
-from bicode_studies.cli.options import Real, parallel_options
+from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
+from bicode_studies.cli.options import Real, needs_repository, parallel_options
 from bicode_studies.repository import results_folder
 from bicode_studies.robustness.false_ids import RECEIVERS, add_up, clutter_trials, count_ids, count_piece, rates
 from bicode_studies.sweep.sweep import sweep_to_csv
@@ -33,7 +34,9 @@ HOURS = 3.0
     help="File of the table.  [default: results/false_ids.csv, for FILES results/false_ids_real.csv; with fewer hours "
     "or one receiver results/quick/false_ids.csv]",
 )
+@force_option
 @parallel_options
+@needs_repository("out", "store")
 def false_ids(
     files: tuple[Path, ...],
     hours: float,
@@ -42,6 +45,7 @@ def false_ids(
     jobs: int | None,
     cluster: str | None,
     store: Path | None,
+    force: bool,
 ) -> None:
     """Count IDs in simulated clutter, or in FILES, recordings that hold no marker.
 
@@ -49,6 +53,8 @@ def false_ids(
     is stopped, the same command continues where it was; pieces of changed code are counted again. The table is written
     at the end.
     """
+    if out is not None:
+        refuse_existing([out], force)
     receivers = RECEIVERS if receiver == "both" else (receiver,)
     if files:
         table = pd.concat([_count_file(file, receivers) for file in files], ignore_index=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from bicode_studies.cli.options import needs_repository
 from bicode_studies.cli.run import quick_or_full
 
 
@@ -23,6 +24,7 @@ from bicode_studies.cli.run import quick_or_full
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for the pages.  [default: build/html/]",
 )
+@needs_repository()
 def html(quick: bool, jobs: int | None, only: str, out: Path | None) -> int:
     """Run all notebooks and write them as HTML pages.
 

@@ -8,27 +8,30 @@ from typing import Any
 
 import click
 
-from bicode_lab.fabrication import Driver, draw_paper, draw_plate, leds, parts_list, to_pdf, to_svg, transmitter_text
+from bicode_lab.fabrication import (
+    MARKER_FILE,
+    Driver,
+    draw_paper,
+    draw_plate,
+    leds,
+    marker_text,
+    parts_list,
+    to_pdf,
+    to_svg,
+    transmitter_text,
+)
 from bicode_lab.fabrication.transmitter import FILE, PIN_D0
-from bicode_lab.marker import Board, Marker, PacketFormat
+from bicode_lab.marker import Board, Marker
+from bicode_studies.cli.helpers.marker_options import board_options, marker_of, packet_options
+from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
 from bicode_studies.cli.options import Number, Real
 
 
 @click.command()
 @click.option("--id", "payload", type=Number(), required=True, help="ID that the marker blinks, such as 37 or 0x25.")
 @click.option("--out", type=click.Path(file_okay=True, path_type=Path), required=True, help="Folder for the files.")
-@click.option(
-    "--aruco-id", type=Number(), default=7, show_default=True, help="Number of the pattern in the dictionary."
-)
-@click.option("--dictionary", default="DICT_4X4_50", show_default=True, help="Name of OpenCV's dictionary.")
-@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate [m].")
-@click.option(
-    "--glow",
-    type=click.Choice(["black", "white"]),
-    default="black",
-    show_default=True,
-    help="Colour of the pattern's cells that are engraved and glow.",
-)
+@board_options()
+@click.option("--size-m", type=Real(), help="Side of the plate [m].  [default: 0.05]")
 @click.option(
     "--led", type=click.Choice(["red", "ir"]), default="red", show_default=True, help="Kind of the LED (III-A)."
 )
@@ -55,47 +58,16 @@ from bicode_studies.cli.options import Number, Real
     show_default=True,
     help="Number of the GPIO pin; 26 is D0 of the XIAO RP2040.",
 )
-@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate [Hz].")
-@click.option("--start-bits", type=Number(), default=3, show_default=True, help="Bits of the start.")
-@click.option("--payload-bits", type=Number(), default=8, show_default=True, help="Bits of the payload.")
-@click.option(
-    "--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True, help="Kind of the checksum."
-)
-@click.option("--checksum-bits", type=Number(), default=3, show_default=True, help="Bits of the checksum.")
-@click.option(
-    "--manchester",
-    type=click.Choice(["ieee", "thomas"]),
-    default="ieee",
-    show_default=True,
-    help="Convention of the Manchester code.",
-)
-@click.option(
-    "--bit-order",
-    type=click.Choice(["msb", "lsb"]),
-    default="msb",
-    show_default=True,
-    help="Which bit of a field is sent first.",
-)
-def marker(payload: int, out: Path, pin: int, **options: Any) -> None:
+@packet_options()
+@force_option
+def marker(payload: int, out: Path, pin: int, force: bool, **options: Any) -> None:
     """Write what it takes to build a marker to a folder.
 
-    These are the sheets for plate and paper (SVG and PDF), the list of parts, and the program of the transmitter.
+    These are the sheets for plate and paper (SVG and PDF), the list of parts, the program of the transmitter, and
+    marker.toml, all settings in one file, for --marker of simulate and decode.
     """
-    packet_format = PacketFormat(
-        f_id_hz=options["f_id_hz"],
-        start_bits=options["start_bits"],
-        payload_bits=options["payload_bits"],
-        checksum=options["checksum"],
-        checksum_bits=options["checksum_bits"],
-        manchester=options["manchester"],
-        bit_order=options["bit_order"],
-    )
-    board = Board(
-        aruco_id=options["aruco_id"],
-        dictionary=options["dictionary"],
-        size_m=options["size_m"],
-        glow=options["glow"],
-    )
+    given = marker_of({**options, "payload": payload, "current_ma": None})
+    board, packet_format = given.board, given.packet_format
     transmitter = transmitter_text(payload, packet_format, pin)
     title = f"Bicode marker: ID {payload}, ArUco {board.aruco_id} of {board.dictionary}"
     plate, paper = draw_plate(board, title), draw_paper(board, title)
@@ -113,10 +85,11 @@ def marker(payload: int, out: Path, pin: int, **options: Any) -> None:
         "plate.pdf": to_pdf(plate),
         "paper.svg": to_svg(paper).encode(),
         "paper.pdf": to_pdf(paper),
+        MARKER_FILE: marker_text(whole).encode(),
         "parts.md": parts_list(whole, driver, pin_name).encode(),
         FILE: transmitter.encode(),
     }
-    _write(out, files)
+    _write(out, files, force)
     click.echo(f"{out}: {', '.join(files)}")
     click.echo(
         f"LED resistor {driver.resistor_ohm:g} ohm: {driver.real_current_ma:.2f} mA "
@@ -137,13 +110,20 @@ def _driver(board: Board, options: dict[str, Any]) -> Driver:
     return Driver(led=led, current_ma=current_ma, supply_v=options["supply_v"])
 
 
-def _write(out: Path, files: dict[str, bytes]) -> None:
-    """Write files by name to a folder, which is made where it is missing."""
+def _write(out: Path, files: dict[str, bytes], force: bool) -> None:
+    """Write files by name to a folder, which is made where it is missing; one that is there stays if it is the same."""
     try:
         out.mkdir(parents=True, exist_ok=True)
+        files = {name: data for name, data in files.items() if not _holds(out / name, data)}
+        refuse_existing([out / name for name in files if not (out / name).is_dir()], force)
         for name, data in files.items():
             (out / name).write_bytes(data)
     except OSError as error:
         raise ValueError(
             f"{out} cannot be written to ({error.strerror}); choose a folder of yours with --out"
         ) from error
+
+
+def _holds(file: Path, data: bytes) -> bool:
+    """Return whether a file is there and holds these bytes."""
+    return file.is_file() and file.read_bytes() == data

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
+
+from bicode_studies.repository import repository_root
 
 
 class Number(click.ParamType[int]):
@@ -37,6 +40,37 @@ class Real(click.ParamType[float]):
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a number; write for example 2.5", param, ctx)
         return number
+
+
+def needs_repository(*unless: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator that lets a command begin only where it finds the repository.
+
+    Parameters
+    ----------
+    *unless : str
+        Options which, given together, name all that the repository is needed for.
+
+    Returns
+    -------
+    callable
+        The decorator, to be put right above the function of the command.
+    """
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(command)
+        def checked(**options: Any) -> Any:
+            if not unless or not all(options[name] for name in unless):
+                try:
+                    repository_root()
+                except ValueError as error:
+                    name = click.get_current_context().info_name
+                    more = f", or give {' and '.join('--' + each for each in unless)}" if unless else ""
+                    raise ValueError(f"bicode {name} works on a clone of the repository: {error}{more}") from None
+            return command(**options)
+
+        return checked
+
+    return decorate
 
 
 def parallel_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
+from bicode_studies.cli.options import needs_repository
+
 if TYPE_CHECKING:
     from bicode_studies.notebook.runner import NotebookRun
 
@@ -39,8 +42,14 @@ quick_or_full = click.option(
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for the figures.  [default: figures/quick/; figures/ with --full and without -p]",
 )
+@force_option
 def run(
-    notebook: str, parameters: tuple[tuple[str, str], ...], quick: bool, output: Path | None, figures: Path | None
+    notebook: str,
+    parameters: tuple[tuple[str, str], ...],
+    quick: bool,
+    output: Path | None,
+    figures: Path | None,
+    force: bool,
 ) -> int:
     """Run one NOTEBOOK with other parameters.
 
@@ -48,6 +57,8 @@ def run(
     """
     from bicode_studies.notebook.runner import NotebookError, find_notebooks, run_notebook
 
+    if output is not None:
+        refuse_existing([output], force)
     path = Path(notebook)
     if path.suffix != ".ipynb":
         found = find_notebooks(notebook)
@@ -72,6 +83,7 @@ def run(
     "--only", default="", metavar="START", help="Run only the notebooks whose name starts with START, for example 02."
 )
 @click.option("--times", is_flag=True, help="Write run times to results/run_times.csv and into README.md.")
+@needs_repository()
 def figures(quick: bool, jobs: int | None, only: str, times: bool) -> int:
     """Run all notebooks and write all figures.
 

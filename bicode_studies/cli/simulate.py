@@ -15,9 +15,9 @@ from tqdm import tqdm
 
 from bicode_lab.camera import Light, Optics, PlacedMarker, Pose, Recorder, Scene, Still, spin, stream_over, truth_table
 from bicode_lab.events import Events
-from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_lab.recordings import WRITABLE, open_recording, write_recording
 from bicode_studies.cli.helpers.kernel_files import say_if_compiling
+from bicode_studies.cli.helpers.marker_options import board_options, marker_of, marker_option, packet_options
 from bicode_studies.cli.helpers.output_files import force_option, refuse_existing, write_whole, written
 from bicode_studies.cli.options import Number, Real
 from bicode_studies.own_recording.mystery import SECONDS, fingerprint_ids, make_mystery_scene
@@ -25,34 +25,22 @@ from bicode_studies.own_recording.mystery import SECONDS, fingerprint_ids, make_
 
 @click.command()
 @click.argument("out", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--payload", type=Number(), default=0x25, show_default=True, help="ID that the marker blinks.")
-@click.option("--aruco-id", type=Number(), default=7, show_default=True, help="Number of the pattern in DICT_4X4_50.")
+@marker_option
+@click.option("--payload", type=Number(), help="ID that the marker blinks.  [default: 0x25]")
+@board_options()
 @click.option("--distance-m", type=Real(), default=2.5, show_default=True, help="Distance from the camera [m].")
 @click.option("--x-m", type=Real(), default=0.0, show_default=True, help="Offset to the right of the optical axis [m].")
 @click.option("--y-m", type=Real(), default=0.0, show_default=True, help="Offset below the optical axis [m].")
 @click.option("--yaw-deg", type=Real(), default=0.0, show_default=True, help="Rotation out of the plane [deg] (IV-B).")
 @click.option("--rpm", type=Real(), default=0.0, show_default=True, help="Spin in the plane [turns per minute] (IV-F).")
-@click.option("--size-m", type=Real(), default=0.05, show_default=True, help="Side of the plate [m].")
-@click.option("--current-ma", type=Real(), default=10.7, show_default=True, help="Current of the LED while on [mA].")
+@click.option("--size-m", type=Real(), help="Side of the plate [m].  [default: 0.05]")
+@click.option("--current-ma", type=Real(), help="Current of the LED while on [mA].  [default: 10.7]")
 @click.option("--lux", type=Real(), default=350.0, show_default=True, help="Ambient light [lx].")
-@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate [Hz].")
-@click.option("--payload-bits", type=Number(), default=8, show_default=True, help="Bits of the payload.")
-@click.option(
-    "--manchester",
-    type=click.Choice(["ieee", "thomas"]),
-    default="ieee",
-    show_default=True,
-    help="Convention of the Manchester code.",
-)
-@click.option(
-    "--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True, help="Kind of the checksum."
-)
+@packet_options()
 @click.option(
     "--clock-error-ppm",
     type=Real(),
-    default=0.0,
-    show_default=True,
-    help="Error of the transmitter's clock [ppm]; above 0 it is fast.",
+    help="Error of the transmitter's clock [ppm]; above 0 it is fast.  [default: 0]",
 )
 @click.option("--seconds", type=Real(), default=1.0, show_default=True, help="Length [s]; not used with --background.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of all random draws.")
@@ -145,9 +133,10 @@ class EventCounter:
 def _write_mystery(out: Path, seed: int) -> None:
     """Write the exercise recording of a seed, and print the fingerprint of its IDs."""
     ctx = click.get_current_context()
-    given = [name for name in ctx.params if ctx.get_parameter_source(name) is ParameterSource.COMMANDLINE]
-    for name in set(given) - {"out", "mystery", "force"}:
-        raise ValueError(f"--mystery decides everything by its seed; leave --{name.replace('_', '-')} out")
+    for option in ctx.command.params:
+        given = option.name and ctx.get_parameter_source(option.name) is ParameterSource.COMMANDLINE
+        if given and option.name not in ("out", "mystery", "force"):
+            raise ValueError(f"--mystery decides everything by its seed; leave {option.opts[0]} out")
     scene = make_mystery_scene(seed)
     counted = EventCounter(_with_progress_bar(Recorder(scene, SECONDS, np.random.default_rng([seed, 1]))))
     with written(out):
@@ -158,20 +147,8 @@ def _write_mystery(out: Path, seed: int) -> None:
 
 def _scene(options: dict[str, Any], phase_share: float) -> Scene:
     """Return the scene that the options of the command line describe."""
-    packet_format = PacketFormat(
-        payload_bits=options["payload_bits"],
-        checksum=options["checksum"],
-        f_id_hz=options["f_id_hz"],
-        manchester=options["manchester"],
-    )
-    marker = Marker(
-        payload=options["payload"],
-        board=Board(aruco_id=options["aruco_id"], size_m=options["size_m"]),
-        packet_format=packet_format,
-        current_ma=options["current_ma"],
-        clock_error_ppm=options["clock_error_ppm"],
-        phase_us=phase_share * packet_format.packet_us,
-    )
+    whole = marker_of(options)
+    marker = replace(whole, phase_us=phase_share * whole.packet_format.packet_us)
     pose = Pose.facing(options["distance_m"], x_m=options["x_m"], y_m=options["y_m"], yaw_deg=options["yaw_deg"])
     path = spin(pose, options["rpm"]) if options["rpm"] else Still(pose)
     return Scene(

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from bicode_studies.cli.options import parallel_options
+from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
+from bicode_studies.cli.options import needs_repository, parallel_options
 from bicode_studies.repository import results_folder
 from bicode_studies.robustness.receiver_ranges import receiver_ranges
 from bicode_studies.robustness.stressors import stress as stress_trial
@@ -23,8 +24,12 @@ SEEDS = 20
     type=click.Path(dir_okay=False, path_type=Path),
     help="File of the table.  [default: results/stress.csv, with fewer seeds results/quick/stress.csv]",
 )
+@force_option
 @parallel_options
-def stress(seeds: int, out: Path | None, jobs: int | None, cluster: str | None, store: Path | None) -> None:
+@needs_repository("out", "store")
+def stress(
+    seeds: int, out: Path | None, jobs: int | None, cluster: str | None, store: Path | None, force: bool
+) -> None:
     """Degrade recordings step by step, and count the periods that each receiver still reads.
 
     Events are dropped, added, shifted and saturated, and the distance is increased. Each finished trial is kept at
@@ -32,6 +37,8 @@ def stress(seeds: int, out: Path | None, jobs: int | None, cluster: str | None, 
     is written at the end. Recordings use the seeds 0, 1, 2, ...; with --seeds 5 only the first five of each condition
     are used.
     """
+    if out is not None:
+        refuse_existing([out], force)
     trials = [(condition, seed) for seed in range(seeds) for condition in stress_conditions()]
     path = out or results_folder(quick=seeds < SEEDS) / "stress.csv"
     try:

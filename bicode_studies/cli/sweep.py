@@ -8,8 +8,9 @@ from pathlib import Path
 import click
 import pandas as pd
 
-from bicode_studies.cli.options import parallel_options
+from bicode_studies.cli.options import needs_repository, parallel_options
 from bicode_studies.paper_experiments.results import FIGURES, condition_fields, run_figure, write_results
+from bicode_studies.repository import results_folder
 from bicode_studies.statistics import over_seeds
 
 
@@ -17,6 +18,7 @@ from bicode_studies.statistics import over_seeds
 @click.argument("figures", nargs=-1, required=True, metavar="FIGURE...")
 @click.option("--quick/--full", default=True, show_default=True, help="The short grid, or the paper's scale.")
 @parallel_options
+@needs_repository()
 def sweep_command(
     figures: tuple[str, ...], quick: bool, jobs: int | None, cluster: str | None, store: Path | None
 ) -> int:
@@ -37,6 +39,7 @@ def sweep_command(
             failed = True
         else:
             write_results(figure, quick, result.table)
+            click.echo(f"{results_folder(quick) / figure}.csv: {len(result.table)} rows written\n")
     return 1 if failed else 0
 
 

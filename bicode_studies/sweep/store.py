@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import sqlite3
 from collections.abc import Iterable
 from pathlib import Path
@@ -171,7 +170,7 @@ class TrialStore:
 def _place_of(path: Path) -> tuple[int, int] | None:
     """Return the device and the number of a file; None if there is no file."""
     try:
-        found = os.stat(path)
+        found = path.stat()
     except OSError:
         return None
     return found.st_dev, found.st_ino

@@ -156,7 +156,8 @@ class ClusterWorkers:
             import distributed
         except ImportError:
             raise ValueError(
-                f"cluster={address!r} needs the package distributed; in a clone of the repository: pip install '.[cluster]'"
+                f"cluster={address!r} needs the package distributed; "
+                "in a clone of the repository: pip install '.[cluster]'"
             ) from None
         self._address = address
         refuse_no_scheduler(address, TIMEOUT_S)

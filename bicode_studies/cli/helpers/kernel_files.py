@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import importlib
-import pickle
+import pickletools
 import sys
 from collections.abc import Iterator
-from importlib import metadata
 from pathlib import Path
 from traceback import walk_tb
 from typing import NamedTuple
@@ -43,39 +42,42 @@ def kernel_modules() -> Iterator[str]:
 
 
 def damaged_kernels() -> list[Damage]:
-    """Read the whole cache of the present sources as numba would, and return the files that cannot be read.
+    """Return the files in the cache of the present sources that are cut short or are no pickles.
+
+    Nothing of them is run: only their form is looked at.
 
     Returns
     -------
     list of Damage
     """
+    return [damage for folder in _folders() for damage in _damaged_in(folder)]
+
+
+def count_kernels() -> int:
+    """Return how many kernels of the present sources are kept."""
+    return sum(1 for folder in _folders() for _ in folder.rglob("*.nbc"))
+
+
+def _folders() -> list[Path]:
+    """Return the folders in which the kernels of the present sources are kept."""
     from bicode_lab.kernels import cache_folder
 
-    importlib.import_module("numba.core.types")  # what is kept names its types
-    folders = {folder for folder in map(cache_folder, kernel_modules()) if folder}
-    return [damage for folder in sorted(folders) for damage in _damaged_in(folder)]
+    return sorted({folder for folder in map(cache_folder, kernel_modules()) if folder})
 
 
 def _damaged_in(folder: Path) -> Iterator[Damage]:
-    """Yield the damaged files of one folder."""
-    for index in sorted(folder.rglob("*.nbi")):
-        try:
-            with index.open("rb") as file:
-                version = pickle.load(file)
-                rest = file.read()
-            if version != metadata.version("numba"):
-                continue  # numba compiles anew
-            _, kept = pickle.loads(rest)
-        except Exception as error:
-            yield Damage(index, f"{type(error).__name__}: {error}")
-            continue
-        for name in kept.values():
+    """Yield the damaged files of one folder: an index is two pickles, the code of a kernel is one."""
+    for ending, pickles in ((".nbi", 2), (".nbc", 1)):
+        for path in sorted(folder.rglob(f"*{ending}")):
             try:
-                pickle.loads((index.parent / name).read_bytes())
+                with path.open("rb") as file:
+                    for _ in range(pickles):
+                        for _ in pickletools.genops(file):
+                            pass
             except FileNotFoundError:
-                continue  # numba compiles anew
+                continue  # another process has just replaced it
             except Exception as error:
-                yield Damage(index.parent / name, f"{type(error).__name__}: {error}")
+                yield Damage(path, f"{type(error).__name__}: {error}")
 
 
 def explain_damage(error: BaseException) -> str | None:
@@ -94,13 +96,13 @@ def explain_damage(error: BaseException) -> str | None:
     if not any(name.endswith("numba/core/caching.py") for name in files):
         return None
     found = damaged_kernels()
-    if not found:
-        return None
-    folders = sorted({str(damage.file.parent) for damage in found})
-    return (
-        f"the compiled kernel {found[0].file.name} is damaged or cut short; delete {' and '.join(folders)} and start "
-        "again, then it is compiled anew"
-    )
+    if found:
+        folders = sorted({str(damage.file.parent) for damage in found})
+        what = f"the compiled kernel {found[0].file.name} is damaged or cut short"
+    else:
+        folders = sorted({str(folder) for folder in _folders()})
+        what = f"compiled kernels cannot be read ({type(error).__name__}: {error})"
+    return f"{what}; delete {' and '.join(folders)} and start again, then it is compiled anew"
 
 
 def say_if_compiling() -> None:

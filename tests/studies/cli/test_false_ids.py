@@ -32,7 +32,7 @@ def notes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_stopped_count_goes_on_where_it_was(tmp_path: Path, notes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "counts.csv"
-    words = ("--out", str(out), "--store", str(tmp_path / "s.sqlite"), "--jobs", "1")
+    words = ("--out", str(out), "--store", str(tmp_path / "s.sqlite"), "--jobs", "1", "--force")
     both = ("paper", "soft")
     runs = [
         ("0.01", "both", {(number, receiver) for number in (0, 1) for receiver in both}),

@@ -3,12 +3,13 @@
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import click
 import pytest
 
 from bicode_studies.cli import main as cli
-from bicode_studies.cli.doctor import check_folders, check_package, read_pins, requirements
+from bicode_studies.cli.doctor import check_folders, check_package, read_pins, requirements, way_to_install
 from bicode_studies.notebook.runner import NotebookError
 
 
@@ -93,6 +94,14 @@ def test_misuse_is_one_line_and_exit_code_2(call, words, said):
         (FileNotFoundError(2, "No such file or directory", "a.raw"), 2, "bicode: a.raw: No such file or directory\n"),
         (KeyboardInterrupt(), 130, "bicode: stopped\n"),
         (click.ClickException("as click says"), 1, "bicode: as click says\n"),
+        (OSError(28, "No space left on device"), 2, "No space left on device\n"),
+        (
+            MemoryError("149 GiB"),
+            2,
+            "bicode: there is not enough memory (149 GiB); read a shorter file, or free some\n",
+        ),
+        (EOFError("cut"), 1, "EOFError: cut (this was not foreseen; bicode --debug ... shows where it happened)\n"),
+        (BrokenPipeError(), 0, ""),
     ],
 )
 def test_errors_of_the_library_are_one_line(call, raising, error, code, said):
@@ -101,6 +110,68 @@ def test_errors_of_the_library_are_one_line(call, raising, error, code, said):
     assert got == code
     assert err.endswith(said)
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("words", ["decode {0} --format csv", "decode {0}", "--help"])
+def test_a_reader_that_has_seen_enough_is_no_error(words):
+    near = Path(__file__).resolve().parents[3] / "data" / "near_1m.npz"
+    code = "from bicode_studies.cli.main import main; main()"
+    command = [sys.executable, "-c", code, *words.format(near).split()]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.readline()
+        process.stdout.close()
+        assert "Traceback" not in process.stderr.read()
+        assert process.wait() == 0
+
+
+def test_kernels_without_a_compiler_are_refused_in_one_line(call, monkeypatch):
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    code, _, err = call("decode", "any.raw")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "NUMBA_DISABLE_JIT=1 is set" in err
+    assert call("decode", "--help")[0] == call("marker", "--help")[0] == 0
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "0")
+    assert "any.raw" in call("decode", "any.raw")[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "ends"),
+    [
+        (["sweep", "08", "--store", "s.sqlite"], True),
+        (["claims"], True),
+        (["figures"], True),
+        (["html"], True),
+        (["calibrate", "--only-current"], True),
+        (["stress", "--out", "a.csv"], True),
+        (["false-ids", "--store", "a.sqlite"], True),
+        (["decode", "any.raw"], False),
+        (["sweep", "--help"], False),
+    ],
+)
+def test_commands_that_need_the_repository_say_so_before_they_start(call, monkeypatch, words, ends):
+    def nowhere():
+        raise ValueError("no notebooks/ here; change into the clone")
+
+    monkeypatch.setattr("bicode_studies.cli.options.repository_root", nowhere)
+    code, out, err = call(*words)
+    assert (f"bicode {words[0]} works on a clone of the repository: no notebooks/ here; change" in err) == ends
+    assert not ends or (code, out, err.count("\n")) == (2, "", 1)
+    assert "--out and --store" in err or words[0] not in ("stress", "false-ids")
+
+
+@pytest.mark.parametrize("words", [["stress"], ["false-ids"], ["calibrate"], ["run", "06"]])
+def test_a_file_that_is_named_is_not_replaced(call, tmp_path, words):
+    out = tmp_path / "mine"
+    out.write_text("mine")
+    code, _, err = call(*words, "--output" if words[0] == "run" else "--out", str(out))
+    assert (code, err.count("\n")) == (2, 1)
+    assert f"{out} is there already and is not replaced" in err
+    assert out.read_text() == "mine"
+
+
+def test_the_table_beside_the_posterior_is_not_replaced(call, tmp_path):
+    (tmp_path / "mine_tried.csv").touch()
+    assert "mine_tried.csv is there" in call("calibrate", "--out", str(tmp_path / "mine.csv"))[2]
 
 
 def test_debug_shows_where_an_error_came_from(call, raising, monkeypatch):
@@ -168,6 +239,23 @@ def test_doctor_names_the_cache_of_kernels_or_says_that_there_is_none(monkeypatc
     monkeypatch.setattr("bicode_lab.kernels.cache_folder", lambda module: None)
     with pytest.raises(RuntimeError, match="kernels cannot be cached"):
         check_folders()
+
+
+def test_doctor_tells_an_extra_that_is_missing_and_does_not_fail(call, monkeypatch):
+    monkeypatch.setattr("bicode_studies.cli.doctor.all_checks", lambda: iter(()))
+    monkeypatch.setattr("bicode_studies.cli.doctor.EXTRAS", {"app": ("no_such_module", "bicode what-if needs it")})
+    code, out, _ = call("doctor")
+    assert code == 0
+    assert "no_such_module: is not installed; bicode what-if needs it: in a clone, pip install '.[app]'" in out
+    assert out.endswith("all is well, but for no_such_module\n")
+    monkeypatch.setattr("bicode_studies.cli.doctor.EXTRAS", {"app": ("numpy", "")})
+    assert call("doctor")[1] == "all is well\n"
+
+
+def test_doctor_sends_nobody_to_make_where_there_is_no_clone(monkeypatch, tmp_path):
+    assert way_to_install().startswith("run: make")
+    monkeypatch.setattr("bicode_studies.cli.doctor.PROJECT", tmp_path)
+    assert way_to_install() == "in a clone of the repository, run: pip install ."
 
 
 def test_doctor_knows_versions_and_pins():

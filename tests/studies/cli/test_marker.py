@@ -26,7 +26,7 @@ def call(capsys: pytest.CaptureFixture[str]) -> Call:
     return run
 
 
-FILES = ["bicode_tx.py", "paper.pdf", "paper.svg", "parts.md", "plate.pdf", "plate.svg"]
+FILES = ["bicode_tx.py", "marker.toml", "paper.pdf", "paper.svg", "parts.md", "plate.pdf", "plate.svg"]
 
 
 def test_writes_everything_with_the_id_filled_in(call: Call, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ def test_seeds_are_recordings_of_each_condition_in_a_fixed_order(
 ) -> None:
     monkeypatch.setattr(command, "stress_trial", cheap_trials.count_periods)
     out, store = tmp_path / "stress.csv", tmp_path / "s.sqlite"
-    words = ("--out", str(out), "--store", str(store), "--jobs", "1")
+    words = ("--out", str(out), "--store", str(store), "--jobs", "1", "--force")
     assert run("--seeds", "1", *words) == 0
     first = pd.read_csv(out)
     assert run("--seeds", "2", *words) == 0

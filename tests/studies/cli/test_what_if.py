@@ -29,7 +29,7 @@ def test_without_voila_it_says_what_to_install(monkeypatch, capsys):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "voila" else find(name))
     code, said = said_by(["what-if"], capsys)
     assert (code, said.count("\n")) == (2, 1)
-    assert "pip install 'bicode-lab[app]'" in said
+    assert "pip install '.[app]'" in said
 
 
 def test_a_port_that_is_taken_is_refused_in_one_line(capsys):
@@ -42,9 +42,9 @@ def test_a_port_that_is_taken_is_refused_in_one_line(capsys):
 
 
 def test_the_page_is_a_notebook_that_shows_the_widget():
-    notebook = nbformat.from_dict(what_if.page_notebook("a-kernel"))
+    notebook = nbformat.from_dict(what_if.page_notebook("a-kernel", {"size_m": 0.1}))
     nbformat.validate(notebook)
-    assert "what_if_page()" in notebook.cells[0].source
+    assert "what_if_page(Choice(size_m=0.1))" in notebook.cells[0].source
 
 
 @pytest.mark.slow

@@ -118,7 +118,5 @@ def test_a_missing_package_is_one_line(tmp_path: Path, monkeypatch: pytest.Monke
         return real(name, *more, **others)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(
-        ValueError, match=r"needs the package distributed; in a clone of the repository: pip install '\.\[cluster\]'"
-    ):
+    with pytest.raises(ValueError, match=r"needs the package distributed; in a clone .*: pip install '\.\[cluster\]'"):
         sweep(run, trials_of(), tmp_path / "s.sqlite", cluster="tcp://127.0.0.1:8786")

@@ -31,7 +31,7 @@ def test_a_store_in_use_is_said_to_be_in_use(tmp_path: Path, monkeypatch: pytest
                 TrialStore(path, "run", "a")
         with closing(sqlite3.connect(path, isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")
-            with pytest.raises(ValueError, match="in use by another process.*1 trials of this code are kept"):
+            with pytest.raises(ValueError, match=r"in use by another process.*1 trials of this code are kept"):
                 kept.add(Key("c", 1), "[]")
         kept.add(Key("c", 1), "[]")
         assert len(kept.keys()) == 2
@@ -41,9 +41,7 @@ def test_a_full_disk_is_named_and_what_is_kept_is_counted(tmp_path: Path) -> Non
     with TrialStore(tmp_path / "s.sqlite", "run", "a") as kept:
         kept.add(Key("c", 0), "[]")
         kept._file.execute("PRAGMA max_page_count = 1")  # SQLite says of this what it says of a full disk
-        with pytest.raises(
-            ValueError, match="the disk is full; make room; 1 trials of this code are kept, and the same"
-        ):
+        with pytest.raises(ValueError, match=r"the disk is full; make room; 1 trials of this code are kept"):
             kept.add(Key("c", 1), f'["{"x" * 100_000}"]')
 
 
@@ -104,7 +102,7 @@ def test_who_listens_must_speak_first(speaks: bytes | None) -> None:
         if speaks:
             refuse_no_scheduler(f"tcp://{host}:{port}", 5)
         else:
-            with pytest.raises(ConnectionError, match="no Dask scheduler answers at .*dashboard"):
+            with pytest.raises(ConnectionError, match=r"no Dask scheduler answers at .*dashboard"):
                 refuse_no_scheduler(f"{host}:{port}", 0.3)
     with pytest.raises(ConnectionError, match=f"no cluster answers at tcp://{host}:{port}; start one"):
         refuse_no_scheduler(f"tcp://{host}:{port}", 1)

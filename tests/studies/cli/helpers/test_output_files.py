@@ -80,7 +80,7 @@ def test_a_link_that_leads_nowhere_counts_as_a_file(tmp_path: Path) -> None:
 def test_an_error_of_the_system_names_the_file(error: Exception, said: str) -> None:
     with pytest.raises(ValueError, match=re.escape(f"a.csv cannot be written ({said})")), written(Path("a.csv")):
         raise error
-    with pytest.raises(RuntimeError, match="^of another kind$"), written(Path("a.csv")):
+    with pytest.raises(RuntimeError, match=r"^of another kind$"), written(Path("a.csv")):
         raise RuntimeError("of another kind")
 
 
