@@ -1,32 +1,33 @@
-"""Read a file in blocks, decode its words or lines, and validate every event.
+"""Validate what a reader finds in a file, event by event, and keep account of it: good, dropped, triggers, remarks.
 
-One block is held in memory at a time. EVT2 and EVT3 are read only here. DAT, ES and CSV are read by faery and only
-validated here, except in lenient reading, where their events come from here, too.
+Every reader of a format passes what it decodes through one `Decoder`. So the rules, the error messages and the counts
+are the same in all formats.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from bicode_lab.events import EVENT_DTYPE, Events, copy_events
-from bicode_lab.recordings.dat_es import decode_atis, decode_dat, decode_es
-from bicode_lab.recordings.evt_read import decode_evt2, decode_evt3
+from bicode_lab.events import EVENT_DTYPE, Events, no_events
 from bicode_lab.recordings.formats import Header, RecordingError
+from bicode_lab.recordings.time_order import TimeOrder
 from bicode_lab.recordings.validate import (
+    ANY_ORDER,
     COUNT,
-    CUT,
     EVENT,
     EVENTS,
+    HEIGHT,
     KEPT,
-    KIND,
-    LENIENT_HINT,
-    LINE,
+    MAX_TIME_US,
+    NUMBER,
+    PASSED,
     PLACE,
-    VECTOR,
+    T0,
+    VALUE,
+    WIDTH,
     Ints,
     dropped_counts,
     new_state,
@@ -35,13 +36,15 @@ from bicode_lab.recordings.validate import (
     validate_rows,
 )
 
-_BLOCK_BYTES = 1 << 17
-_MAX_WAITING_BYTES = 1 << 22  # a kernel that waits for words which decide about a time word waits no longer than this
-_BUFFER_EVENTS = 1 << 16
+TRIGGER_DTYPE = np.dtype([("p", "<i2"), ("t", "<i8"), ("id", "<i2")], align=True)
+"""An external trigger: the level after the edge (0 or 1), the time [us] and the number of the input."""
+
+Columns = tuple[npt.NDArray[np.generic], npt.NDArray[np.generic], npt.NDArray[np.generic], npt.NDArray[np.generic]]
+"""x, y, p and t [us] of some events, as integers, floats or truth values."""
 
 
 class Decoder:
-    """Reads one file once, from its start to its end, and validates it on the way.
+    """Validates one reading of a file, from its start to its end.
 
     Parameters
     ----------
@@ -53,6 +56,11 @@ class Decoder:
         Sensor size [px].
     lenient : bool
         Whether good events of a damaged file are passed on; otherwise the first offence is an error.
+    place_unit : str
+        What a place in the file counts: "byte" or "line"; empty where places are not known.
+    any_order : bool
+        Whether lenient reading judges the times of events by those that follow (see `time_order`). Formats with time
+        words of their own judge these instead.
 
     Attributes
     ----------
@@ -60,70 +68,118 @@ class Decoder:
         See `validate.validate_event`.
     """
 
-    def __init__(self, path: Path, header: Header, width: int, height: int, lenient: bool = False) -> None:
+    def __init__(
+        self,
+        path: Path,
+        header: Header,
+        width: int,
+        height: int,
+        lenient: bool = False,
+        place_unit: str = "",
+        any_order: bool = True,
+    ) -> None:
         self.path = path
         self.header = header
         self.lenient = lenient
         self.tally = new_tally()
         self.state = new_state(width, height, header.t0_us, lenient)
-        self._place_unit = {"CSV": "line", "AEDAT4": "", "npz": "", "HDF5": ""}.get(header.format, "byte")
-        self._blocks = self._decode_lines() if header.format == "CSV" else self._decode_words()
+        self.state[ANY_ORDER] = lenient and any_order
+        self._order = TimeOrder(self.state, self.tally) if self.state[ANY_ORDER] else None
+        self._place_unit = place_unit
+        self._triggers: list[Ints] = []
+        self._off = set[int]()  # the polarities 0 and -1 that the file uses
+        self._remarks: list[str] = []
 
     @property
     def dropped(self) -> dict[str, int]:
         """What was dropped so far: counts by cause."""
         return dropped_counts(self.tally)
 
-    def pieces(self) -> Iterator[Events]:
-        """Yield the good events block by block.
+    @property
+    def remarks(self) -> list[str]:
+        """What is worth knowing of the file so far, though nothing is wrong with it: one line each."""
+        words = int(self.state[PASSED])
+        passed = [f"{words:,} words of the vendor's own kind 9 were passed over (some cameras pad their data)"]
+        return [*self._remarks, *(passed if words else [])]
 
-        Yields
-        ------
-        ndarray of EVENT_DTYPE, shape (n,), n >= 0
+    @property
+    def triggers(self) -> npt.NDArray[np.void]:
+        """The external triggers found so far, in the order of the file: `TRIGGER_DTYPE`, shape (n,)."""
+        rows = np.concatenate([np.empty((0, 3), np.int64), *self._triggers])
+        found = np.empty(len(rows), TRIGGER_DTYPE)
+        for k, name in enumerate(("t", "id", "p")):
+            found[name] = rows[:, k]
+        return found
 
-        Raises
-        ------
-        RecordingError
-            In strict reading, at the first offence.
-        """
-        for piece in self._blocks:
-            self.raise_offence()
-            yield piece
-        self.raise_offence()
+    @property
+    def sides_px(self) -> tuple[int, int]:
+        """Width and height of the sensor."""
+        return int(self.state[WIDTH]), int(self.state[HEIGHT])
 
-    def advance(self, n_events: int | None = None) -> None:
-        """Validate the file up to its first `n_events` events, or to its end.
+    def remark(self, line: str) -> None:
+        """Add a remark, unless it was made before."""
+        if line not in self._remarks:
+            self._remarks.append(line)
 
-        Parameters
-        ----------
-        n_events : int, optional
-            Number of events from the start of the file; None goes to the end.
+    def add_triggers(self, rows: Ints) -> None:
+        """Keep external triggers: rows of time [us], number of the input and level, shape (n, 3)."""
+        if len(rows):
+            self._triggers.append(rows.astype(np.int64))
 
-        Raises
-        ------
-        RecordingError
-            In strict reading, at the first offence.
-        """
-        while n_events is None or self.state[EVENTS] < n_events:
-            if next(self._blocks, None) is None or self.tally.any():
-                break
-        self.raise_offence()
-
-    def filter(self, columns: tuple[Ints, Ints, Ints, Ints]) -> Events:
-        """Validate events that were decoded elsewhere, and return the good ones.
+    def validate(self, rows: Ints, place: int) -> Events:
+        """Validate rows of x, y, p, t, and return the good events.
 
         Parameters
         ----------
-        columns : tuple of four ndarrays of integers, shape (n,)
-            x, y, p and t [us].
+        rows : ndarray of int64, shape (n, 4)
+            x, y, p and t [us]; p may be -1 for OFF.
+        place : int
+            Line of the first row, or number of its event.
 
         Returns
         -------
         ndarray of EVENT_DTYPE, shape (m,), m <= n
         """
-        rows = np.stack([np.asarray(column).astype(np.int64) for column in columns], axis=1)
         out = np.empty(len(rows), EVENT_DTYPE)
-        return self._validate(rows, int(self.state[EVENTS]), out)
+        self.state[KEPT] = 0
+        validate_rows(self._with_zero_for_off(rows), place, self.state, self.tally, out)
+        return self.in_order(out[: self.state[KEPT]])
+
+    def filter(self, columns: Columns) -> Events:
+        """Validate events that are given in columns, and return the good ones.
+
+        Parameters
+        ----------
+        columns : tuple of four ndarrays, shape (n,)
+            x, y, p and t [us]. Numbers with a fraction are rounded in t, and are no good elsewhere.
+
+        Returns
+        -------
+        ndarray of EVENT_DTYPE, shape (m,), m <= n
+        """
+        rows = np.empty((len(columns[0]), 4), np.int64)
+        good = np.ones(len(rows), np.bool_)
+        for k, column in enumerate(columns):
+            rows[:, k], usable = as_integers(column, rounded=k == 3)
+            if k == 3:
+                usable = usable & (np.abs(rows[:, 3]) < MAX_TIME_US)
+            if not usable.all() and not self.tally[NUMBER, COUNT]:
+                first = self.state[EVENTS] + np.argmin(usable)
+                self.tally[NUMBER, [EVENT, PLACE, VALUE]] = first, first, k
+            good &= usable
+        n_bad = np.count_nonzero(~good)
+        self.tally[NUMBER, COUNT] += n_bad
+        events = self.validate(rows[good] if n_bad else rows, int(self.state[EVENTS]))
+        self.state[EVENTS] += n_bad
+        return events
+
+    def in_order(self, events: Events) -> Events:
+        """Return the events that are known to be in the order of time; strict reading has checked that before."""
+        return events if self._order is None else self._order.judge(events)
+
+    def rest(self) -> Events:
+        """Return the events that waited for those after them; to be called once, at the end of the file."""
+        return no_events() if self._order is None else self._order.judge(no_events(), final=True)
 
     def note_end(self, rule: int, count: int, place: int = 0) -> None:
         """Record an offence at the end of the file.
@@ -140,102 +196,62 @@ class Decoder:
         self.tally[rule, [COUNT, EVENT, PLACE]] = count, self.state[EVENTS], place
 
     def raise_offence(self) -> None:
-        """Raise the first offence found so far, after counting those like it up to the end of the file.
+        """Raise the offence that comes first in the file.
 
         Raises
         ------
         RecordingError
             If there is an offence and the file is read strictly.
         """
-        if self.lenient or not self.tally.any():
-            return
-        for _ in self._blocks:
-            pass
-        raise_first_offence(self.path, self.state, self.tally, self._place_unit)
+        if not self.lenient and self.tally.any():
+            raise_first_offence(self.path, self.state, self.tally, self._place_unit)
 
-    def _validate(self, rows: Ints, place: int, out: Events) -> Events:
-        """Validate rows of x, y, p, t, and return the good events as a part of the buffer `out`."""
-        self.state[KEPT] = 0
-        validate_rows(rows, place, self.state, self.tally, out)
-        return out[: self.state[KEPT]]
+    def shift_clock(self, t0_us: int) -> None:
+        """Add a time to all events and triggers that follow [us]."""
+        self.state[T0] = t0_us
 
-    def _decode_words(self) -> Iterator[Events]:
-        """Yield the good events of each block of words."""
-        if self.header.format not in _KERNELS:
-            return
-        word, kernel = _KERNELS["ATIS" if self.header.atis else self.header.format]
-        size = np.dtype(word).itemsize
-        out = np.empty(_BUFFER_EVENTS, EVENT_DTYPE)
-        place, data, final = self.header.offset, b"", False
-        with self.path.open("rb") as file:
-            file.seek(place)
-            while not final:
-                block = file.read(_BLOCK_BYTES)
-                data, final = data + block, not block
-                words = np.frombuffer(data, word, count=len(data) // size).astype(np.int64)
-                used, n = 0, -1
-                while n and used < words.size:
-                    self.state[KEPT] = 0
-                    no_more_waiting = final or len(data) > _MAX_WAITING_BYTES
-                    n = kernel(words[used:], place + used * size, no_more_waiting, self.state, self.tally, out)
-                    used += n
-                    yield copy_events(out[: self.state[KEPT]])
-                data, place = data[used * size :], place + used * size
-        if data:
-            self.note_end(CUT, len(data), place)
-        elif self.header.format == "EVT3" and self.state[KIND] in (3, 4):
-            self.note_end(VECTOR, 1, place)
-
-    def _decode_lines(self) -> Iterator[Events]:
-        """Yield the good events of each block of CSV lines."""
-        line_number = 2
-        with self.path.open("rb") as file:
-            file.seek(self.header.offset)
-            while lines := file.readlines(_BLOCK_BYTES):
-                rows = self._parse_lines(lines)
-                if rows is not None:
-                    yield self._validate(rows, line_number, np.empty(len(rows), EVENT_DTYPE))
-                else:
-                    yield from self._decode_line_by_line(lines, line_number)
-                line_number += len(lines)
-
-    def _parse_lines(self, lines: list[bytes]) -> Ints | None:
-        """Return lines of a CSV file as rows of x, y, p, t; None where a line is not an event."""
-        try:
-            rows = np.loadtxt(lines, np.int64, comments=None, delimiter=",", usecols=self.header.columns, ndmin=2)
-        except ValueError:
-            return None
-        return rows if len(rows) == len(lines) else None
-
-    def _decode_line_by_line(self, lines: list[bytes], line_number: int) -> Iterator[Events]:
-        """Yield the good events of lines of which some are not events; those are an error, or counted and left out."""
-        columns = self.header.columns
-        for i, line in enumerate(lines):
-            cells = line.split(b",")
-            if len(cells) > max(columns) and all(_is_integer(cells[column]) for column in columns):
-                rows = np.array([[int(cells[column]) for column in columns]])
-                yield self._validate(rows, line_number + i, np.empty(1, EVENT_DTYPE))
-                continue
-            if not self.lenient:
-                text = line.decode("utf-8", errors="replace").strip()[:60]
-                message = f"line {line_number + i:,} is {text!r}; each line holds whole numbers for x, y, p and t in us"
-                raise RecordingError(f"{self.path}: {message}; correct it or export the file again, {LENIENT_HINT}")
-            self.tally[LINE, COUNT] += 1
+    def _with_zero_for_off(self, rows: Ints) -> Ints:
+        """Return rows with 0 where the polarity is -1, after checking that the file does not use both for OFF."""
+        is_minus = rows[:, 2] == -1
+        if is_minus.any():
+            self._off.add(-1)
+            rows = rows.copy()
+            rows[is_minus, 2] = 0
+            is_zero = (rows[:, 2] == 0) & ~is_minus
+        else:
+            is_zero = rows[:, 2] == 0
+        if len(self._off) < 2 and is_zero.any():
+            self._off.add(0)
+        if len(self._off) == 2 and not self.lenient:
+            raise RecordingError(
+                f"{self.path}: the polarities 0 and -1 both occur, and only one of them can be OFF; "
+                "store OFF as 0 and ON as 1, or read both as OFF with lenient=True (--lenient)"
+            )
+        return rows
 
 
-_KERNELS: dict[str, tuple[str, Callable[..., Any]]] = {
-    "EVT2": ("<u4", decode_evt2),
-    "EVT3": ("<u2", decode_evt3),
-    "DAT": ("<u8", decode_dat),
-    "ES": ("u1", decode_es),
-    "ATIS": ("u1", decode_atis),
-}
-"""Type of a word, and the function that decodes words, of each format."""
+def as_integers(column: npt.NDArray[np.generic], rounded: bool = False) -> tuple[Ints, npt.NDArray[np.bool_]]:
+    """Return a column as integers of 64 bits, and which of its values such integers hold.
 
+    Parameters
+    ----------
+    column : ndarray, shape (n,)
+        Integers, floats or truth values.
+    rounded : bool
+        Whether a fraction is rounded; otherwise a value with a fraction is not held.
 
-def _is_integer(cell: bytes) -> bool:
-    """Return whether a cell of a CSV file holds an integer of 64 bits."""
-    try:
-        return np.iinfo(np.int64).min <= int(cell) <= np.iinfo(np.int64).max
-    except ValueError:
-        return False
+    Returns
+    -------
+    whole : ndarray of int64, shape (n,)
+        0 where the value is not held.
+    usable : ndarray of bool, shape (n,)
+    """
+    if column.dtype.kind == "f":
+        values = column.astype(np.float64)
+        whole = np.rint(values)
+        usable = np.isfinite(values) & (np.abs(values) < 2.0**62) & (rounded | (whole == values))
+        return np.where(usable, whole, 0).astype(np.int64), usable
+    if column.dtype.kind == "u" and column.dtype.itemsize == 8:
+        whole = column.astype(np.int64)  # what is too large becomes negative
+        return np.where(whole >= 0, whole, 0), whole >= 0
+    return column.astype(np.int64), np.ones(column.size, np.bool_)

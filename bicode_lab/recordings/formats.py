@@ -7,20 +7,31 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 EXTENSIONS = {
     "EVT2": (".raw", ".evt"),
+    "EVT2.1": (".raw", ".evt"),
     "EVT3": (".raw", ".evt"),
+    "EVT4": (".raw", ".evt"),
     "DAT": (".dat",),
+    "AEDAT2": (".aedat", ".aedat2"),
+    "AEDAT3.1": (".aedat", ".aedat31", ".aedat3"),
     "AEDAT4": (".aedat4", ".aedat"),
     "ES": (".es",),
-    "CSV": (".csv",),
-    "HDF5": (".h5", ".hdf5"),
+    "CSV": (".csv", ".txt", ".tsv"),
+    "text": (".txt", ".csv", ".tsv", ".dat"),
+    "HDF5": (".h5", ".hdf5", ".hdf", ".mat"),
     "npz": (".npz",),
+    "npy": (".npy",),
+    "MAT": (".mat",),
+    "Parquet": (".parquet", ".pq"),
+    "ROS 1 bag": (".bag",),
+    "ROS 2 bag": (".db3", ".mcap"),
 }
 """Name endings of each format; the first one is the usual one."""
 
-READABLE = "EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 or npz"
+READABLE = "EVT2, EVT2.1, EVT3 or EVT4 RAW, DAT, AEDAT, ES, CSV, text, HDF5, npz, npy, MAT, Parquet or a ROS bag"
 
 
 class RecordingError(ValueError):
@@ -32,7 +43,7 @@ class Header:
     """What a file says about itself before its first event."""
 
     format: str
-    """One of EVT2, EVT3, DAT, AEDAT4, ES, CSV, HDF5, npz."""
+    """A key of `EXTENSIONS`."""
     size_px: tuple[int, int] | None = None
     """Sensor width and height [px]; None where the file does not state them."""
     size_from: str = "file"
@@ -40,11 +51,13 @@ class Header:
     offset: int = 0
     """Position of the first event in the file [bytes]."""
     t0_us: int = 0
-    """RAW and DAT: time that was subtracted from every event when the file was written [us]."""
-    columns: tuple[int, int, int, int] = (0, 1, 2, 3)
-    """CSV only: numbers of the columns that hold x, y, p and t, counted from 0."""
+    """Time that was subtracted from every event when the file was written [us]."""
+    swapped: bool = False
+    """EVT2.1 only: the halves of each 64-bit word have changed places."""
     atis: bool = False
     """ES only: the file holds events of type ATIS, which include exposure measurements."""
+    layout: Any = None
+    """Where the reader of the format finds x, y, p and t: columns of a text, data sets of an HDF5 file, ..."""
 
 
 def raise_unless_lenient(lenient: bool, message: str) -> None:

@@ -1,38 +1,48 @@
 """Open event files and read them as chunks of events in the order of time.
 
-`open_recording` reads EVT2 and EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 with columns, and this project's npz (arrays x,
-y, p, t, and width and height). The times are those of the recording's own clock. A file that breaks a rule raises
-`RecordingError`: one line that says where. With ``lenient=True`` every good event is read, and `Recording.dropped`
-counts the others by cause.
+`open_recording` reads the formats that `formats.EXTENSIONS` lists. The times are those of the recording's own clock. A
+file that breaks a rule raises `RecordingError`: one line that says where. With ``lenient=True`` every good event is
+read, and `Recording.dropped` counts the others by cause.
 
-EVT2, EVT3, HDF5 and npz are read by this package, the other formats by faery. This has one limit: faery silently
-replaces a backward time of an AEDAT4 file by the latest time before it, and this cannot be noticed here, because only
-faery can open the compressed packets.
+All formats but AEDAT4 are read by this package, through h5py, scipy, pyarrow and rosbags where there is a container to
+open. AEDAT4 is read by faery. This has one limit: faery silently replaces a backward time of an AEDAT4 file by the
+latest time before it, and this cannot be noticed here, because only faery can open the compressed packets.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import faery
 import numpy as np
+import numpy.typing as npt
 
-from bicode_lab.events import EVENT_DTYPE, Events, join, windows
-from bicode_lab.recordings.decode import Decoder
+from bicode_lab.events import Events, join, windows
+from bicode_lab.recordings.aedat.aedat2 import read_aedat2, unknown_camera
+from bicode_lab.recordings.aedat.aedat3 import read_aedat3
+from bicode_lab.recordings.bags.containers import read_bag
+from bicode_lab.recordings.decode import TRIGGER_DTYPE, Decoder
 from bicode_lab.recordings.formats import Header, RecordingError
-from bicode_lab.recordings.hdf5 import read_hdf5_pieces
 from bicode_lab.recordings.headers import read_header
-from bicode_lab.recordings.npz import read_npz_pieces, read_npz_size
-from bicode_lab.recordings.validate import REST
+from bicode_lab.recordings.raw.blocks import read_file_of_words
+from bicode_lab.recordings.remarks import FEWEST_EVENTS, remark_on_clock
+from bicode_lab.recordings.standard_input import copy_of_standard_input
+from bicode_lab.recordings.tables.hdf5 import read_hdf5
+from bicode_lab.recordings.tables.mat import read_mat
+from bicode_lab.recordings.tables.npy import read_npy
+from bicode_lab.recordings.tables.npz import read_npz
+from bicode_lab.recordings.tables.parquet import read_parquet
+from bicode_lab.recordings.text.lines import read_lines
+from bicode_lab.recordings.validate import EVENTS, REST
 
 MAX_CHUNK_EVENTS = 1_000_000
 """A chunk holds at most this many events."""
 
 _ASSUMED_SIZE_PX = (1280, 720)
+_WITH_TIME_WORDS = ("EVT2", "EVT3")  # these judge the time words, not the events
 
 
 @dataclass(eq=False, kw_only=True)
@@ -47,7 +57,7 @@ class Recording:
 
     path: Path
     format: str
-    """One of EVT2, EVT3, DAT, AEDAT4, ES, CSV, HDF5, npz."""
+    """A key of `formats.EXTENSIONS`."""
     width: int
     """Sensor width [px]."""
     height: int
@@ -61,6 +71,10 @@ class Recording:
     """Whether the good events of a damaged file are read and the others dropped."""
     dropped: dict[str, int] = field(default_factory=dict)
     """What the latest reading has dropped so far: counts by cause; empty for a good file."""
+    remarks: list[str] = field(default_factory=list)
+    """What the latest reading has noticed so far, though no rule is broken: one line each."""
+    triggers: npt.NDArray[np.void] = field(default_factory=lambda: np.empty(0, TRIGGER_DTYPE))
+    """The external triggers that the latest reading has found so far: ``p``, ``t`` [us] and ``id``."""
 
     def __iter__(self) -> Iterator[Events]:
         """Iterate over `chunks`."""
@@ -99,57 +113,48 @@ class Recording:
         return join(self.chunks())
 
     def _counted_pieces(self) -> Iterator[Events]:
-        """Yield the good events, and keep `dropped` up to date."""
-        decoder = Decoder(self.path, self.header, self.width, self.height, self.lenient)
-        self.dropped = {}
+        """Yield the good events, and keep `dropped`, `remarks` and `triggers` up to date."""
+        units = {
+            "CSV": "line",
+            "text": "line",
+            **dict.fromkeys(("EVT2", "EVT2.1", "EVT3", "EVT4", "DAT", "ES"), "byte"),
+        }
+        unit, any_order = units.get(self.format, ""), self.format not in _WITH_TIME_WORDS
+        decoder = Decoder(self.path, self.header, self.width, self.height, self.lenient, unit, any_order)
+        self._note(decoder)
+        first: list[Events] | None = []
         for piece in self._pieces(decoder):
-            self.dropped = decoder.dropped
+            if first is not None:
+                first.append(piece)
+                if sum(part.size for part in first) >= FEWEST_EVENTS:
+                    self._remark_on_clock(decoder, first)
+                    first = None
+            self._note(decoder)
             yield piece
-        self.dropped = decoder.dropped
+        self._note(decoder)
+
+    def _note(self, decoder: Decoder) -> None:
+        """Take over what a reading has found so far."""
+        self.dropped, self.remarks, self.triggers = decoder.dropped, decoder.remarks, decoder.triggers
+
+    def _remark_on_clock(self, decoder: Decoder, first: list[Events]) -> None:
+        """Add a remark where the first events cannot have times in microseconds."""
+        if line := remark_on_clock(join(first)):
+            decoder.remark(line)
 
     def _pieces(self, decoder: Decoder) -> Iterator[Events]:
-        """Return an iterator over the good events from the reader of this format."""
-        if self.format == "npz":
-            return read_npz_pieces(self.path, decoder)
-        if self.format == "HDF5":
-            return read_hdf5_pieces(self.path, decoder)
-        if self.format in ("EVT2", "EVT3") or (self.lenient and self.format != "AEDAT4"):
-            return decoder.pieces()
-        return self._faery_pieces(decoder)
-
-    def _faery_pieces(self, decoder: Decoder) -> Iterator[Events]:
-        """Yield faery's packets as event arrays, each validated before it is passed on."""
-        n_events = 0
-        for packet in self._faery_packets(decoder):
-            n_events += packet.size
-            if self.format == "AEDAT4":  # it is compressed, so only what faery makes of it can be validated
-                events = decoder.filter(tuple(packet[name] for name in ("x", "y", "on", "t")))
-                decoder.raise_offence()
-            else:
-                events = np.empty(packet.size, EVENT_DTYPE)
-                for ours, theirs in (("x", "x"), ("y", "y"), ("p", "on"), ("t", "t")):
-                    events[ours] = packet[theirs]
-                decoder.advance(n_events)
-            yield events
-
-    def _faery_packets(self, decoder: Decoder) -> Iterator[Any]:
-        """Yield faery's packets, and turn its errors into `RecordingError`."""
-        n_events = 0
+        """Yield the good events from the reader of this format; strict reading raises the first offence at the end."""
+        read = _READERS.get(self.format, read_file_of_words)
         try:
-            for packet in _faery_stream(self.path, self.header, (self.width, self.height)):
-                n_events += packet.size
-                yield packet
-        except (GeneratorExit, RecordingError):
-            raise
-        except BaseException as error:
-            _raise_if_not_from_faery(error)
-            if self.lenient:
-                decoder.note_end(REST, 1)
-                return
-            decoder.advance()
-            raise _recording_error(self.path, error, n_events) from None
-        if not self.lenient:
-            decoder.advance()
+            for piece in read(self.path, decoder):
+                if self.lenient or not decoder.tally.any():  # after an offence the rest is only counted
+                    yield piece
+        except RecordingError:
+            if not (self.lenient and decoder.state[EVENTS]):
+                raise
+            decoder.note_end(REST, 1)
+        yield decoder.rest()
+        decoder.raise_offence()
 
 
 def open_recording(
@@ -165,7 +170,7 @@ def open_recording(
     Parameters
     ----------
     path : path-like
-        An EVT2 or EVT3 RAW, DAT, AEDAT4, ES, CSV, HDF5 or npz file. The content tells the format.
+        An event file of one of `formats.EXTENSIONS`, or "-" for standard input. The content tells the format.
     width, height : int, optional
         Sensor size [px], for files that do not state theirs. If the file states it, both must agree. If it is not
         known at all, 1280 x 720 (the paper's sensor) is assumed, and `Recording.size_from` says so.
@@ -187,14 +192,13 @@ def open_recording(
     ValueError
         If only one of `width` and `height` is given, or `chunk_us` is below 1.
     """
-    path = Path(path)
     if chunk_us < 1:
         raise ValueError(f"chunk_us={chunk_us} is shorter than 1 us; choose 1 or more")
+    path = copy_of_standard_input() if str(path) == "-" else Path(path)
     header = read_header(path, lenient)
-    size_px, size_from = header.size_px, header.size_from
-    if header.format == "npz":
-        size_px = read_npz_size(path)
-    (width, height), size_from = _settle_size(path, size_px, size_from, width, height)
+    (width, height), size_from = _settle_size(path, header.size_px, header.size_from, width, height)
+    if header.format == "AEDAT2" and size_from == "assumed":  # its columns are counted from the right
+        raise unknown_camera(path)
     return Recording(
         path=path,
         format=header.format,
@@ -227,25 +231,39 @@ def _settle_size(
     return (asked, "caller") if asked else (_ASSUMED_SIZE_PX, "assumed")
 
 
-def _faery_stream(path: Path, header: Header, size_px: tuple[int, int]) -> Any:
-    """Open a file with faery; it is told the format, so that it does not guess it from the name."""
-    file_type = {"EVT2": "evt", "EVT3": "evt", "DAT": "dat", "AEDAT4": "aedat", "ES": "es", "CSV": "csv"}
-    properties = faery.CsvProperties.default()
-    if header.format == "CSV":
-        x, y, p, t = header.columns
-        properties.x_index, properties.y_index, properties.on_index, properties.t_index = x, y, p, t
-    return faery.events_stream_from_file(
-        path, dimensions_fallback=size_px, file_type=file_type[header.format], csv_properties=properties
-    )
+def _read_aedat4(path: Path, decoder: Decoder) -> Iterator[Events]:
+    """Yield faery's packets of an AEDAT4 file as event arrays, each validated; it is compressed, so faery opens it."""
+    n_events = 0
+    try:
+        for packet in faery.events_stream_from_file(path, file_type="aedat"):
+            n_events += packet.size
+            yield decoder.filter((packet["x"], packet["y"], packet["on"], packet["t"]))
+    except (GeneratorExit, RecordingError):
+        raise
+    except BaseException as error:
+        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
+            raise
+        if decoder.lenient:
+            decoder.note_end(REST, 1)
+            return
+        words = " ".join(str(error).split())[:120]
+        raise RecordingError(
+            f"{path}: damaged after {n_events:,} good events ({words}); export or copy it again"
+        ) from None
 
 
-def _raise_if_not_from_faery(error: BaseException) -> None:
-    """Raise an error again unless it is an `Exception` or a panic of faery (which is not an `Exception`)."""
-    if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
-        raise error
-
-
-def _recording_error(path: Path, error: BaseException, n_events: int) -> RecordingError:
-    """Return a `RecordingError` of one line for an error of faery."""
-    words = " ".join(str(error).split())[:120]
-    return RecordingError(f"{path}: damaged after {n_events:,} good events ({words}); export or copy it again")
+_READERS: dict[str, Callable[[Path, Decoder], Iterator[Events]]] = {
+    "AEDAT2": read_aedat2,
+    "AEDAT3.1": read_aedat3,
+    "AEDAT4": _read_aedat4,
+    "CSV": read_lines,
+    "text": read_lines,
+    "HDF5": read_hdf5,
+    "npz": read_npz,
+    "npy": read_npy,
+    "MAT": read_mat,
+    "Parquet": read_parquet,
+    "ROS 1 bag": read_bag,
+    "ROS 2 bag": read_bag,
+}
+"""The reader of each format that is not made of words alone."""

@@ -17,13 +17,18 @@ from bicode_lab.kernels import njit
 from bicode_lab.recordings.formats import RecordingError
 
 # Rows of a tally, one for each rule: first events that break it, then words, lines and bytes that hold no event.
-UNTIMED, UNPLACED, X, Y, P, BACKWARDS, MISTIMED, UNKNOWN, BLANK, LINE, CUT, VECTOR, REST, DOUBTFUL = range(14)
+UNTIMED, UNPLACED, X, Y, P, BACKWARDS, MISTIMED, UNKNOWN, BLANK, LINE, CUT, VECTOR, REST, DOUBTFUL, NUMBER, MARK = (
+    range(16)
+)
 # Columns of a tally: how often, and of the first offence the event's number (from 0), its byte or line, and a value.
 COUNT, EVENT, PLACE, VALUE = range(4)
 
 # Entries of a reader's state: the limits it checks against, and where decoding stopped in the previous block.
 # HIGH (upper bits of the time), AT_X and AT_Y are -1 until a word sets them; ZEROS counts successive zero words.
+# ANY_ORDER is set where `time_order` judges the times afterwards; MARKS counts external triggers in their buffer;
+# PASSED counts words of a vendor's own kind, which are passed over.
 EVENTS, LAST, KEPT, WIDTH, HEIGHT, T0, LENIENT, HIGH, LOW, AT_X, AT_Y, POLARITY, KIND, ZEROS, TRUSTED = range(15)
+ANY_ORDER, MARKS, PASSED = range(15, 18)
 
 Ints = npt.NDArray[np.int64]
 Int = int | np.int64
@@ -43,16 +48,22 @@ _DROPPED = {
     CUT: "bytes at the cut end",
     VECTOR: "vector of events cut at the end",
     REST: "unreadable rest of the file",
+    NUMBER: "events with a value that is no whole number",
+    MARK: "external triggers without a known time",
 }
 
 _BAD_WORDS = {
     DOUBTFUL: "time words are contradicted by those after them",
     UNKNOWN: "words have no known kind",
     BLANK: "words are blank (all zero)",
+    MARK: "external triggers have no time word before them",
 }
 
 LENIENT_HINT = "or read the good events with lenient=True (--lenient)"
 """The way out that ends every error message which lenient reading avoids."""
+
+MAX_TIME_US = 1 << 60
+"""Times beyond this (36,000 years) are taken as damaged; sums of them would leave 64 bits."""
 
 
 @njit(cache=True)
@@ -61,7 +72,7 @@ def count_offence(tally: Ints, rule: Int, event: Int, place: Int, value: Int) ->
 
     Parameters
     ----------
-    tally : ndarray of int64, shape (14, 4)
+    tally : ndarray of int64, shape (16, 4)
         Made by `new_tally`; changed in place.
     rule : int
         Row of the tally.
@@ -83,9 +94,9 @@ def validate_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int
 
     Parameters
     ----------
-    state : ndarray of int64, shape (15,)
+    state : ndarray of int64, shape (18,)
         Made by `new_state`; changed in place. ``state[KEPT]`` is the number of events in `out`.
-    tally : ndarray of int64, shape (14, 4)
+    tally : ndarray of int64, shape (16, 4)
         Made by `new_tally`; changed in place.
     out : ndarray of EVENT_DTYPE, shape (n,)
         Buffer for good events.
@@ -102,7 +113,7 @@ def validate_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int
         count_offence(tally, Y, event, place, y)
     elif p != 0 and p != 1:
         count_offence(tally, P, event, place, p)
-    elif t < state[LAST]:
+    elif t < state[LAST] and not state[ANY_ORDER]:
         count_offence(tally, BACKWARDS, event, place, state[LAST] - t)
     else:
         state[LAST] = t
@@ -143,9 +154,9 @@ def new_state(width: int, height: int, t0_us: int = 0, lenient: bool = False) ->
 
     Returns
     -------
-    ndarray of int64, shape (15,)
+    ndarray of int64, shape (18,)
     """
-    state: Ints = np.zeros(15, np.int64)
+    state: Ints = np.zeros(18, np.int64)
     state[LAST] = np.iinfo(np.int64).min
     state[[HIGH, AT_X, AT_Y]] = -1
     state[[WIDTH, HEIGHT, T0, LENIENT, TRUSTED]] = width, height, t0_us, lenient, 3
@@ -153,7 +164,7 @@ def new_state(width: int, height: int, t0_us: int = 0, lenient: bool = False) ->
 
 
 def new_tally() -> Ints:
-    """Return a tally without any offence: zeros of int64, shape (14, 4)."""
+    """Return a tally without any offence: zeros of int64, shape (16, 4)."""
     return np.zeros((len(_DROPPED), 4), np.int64)
 
 
@@ -162,7 +173,7 @@ def dropped_counts(tally: Ints) -> dict[str, int]:
 
     Parameters
     ----------
-    tally : ndarray of int64, shape (14, 4)
+    tally : ndarray of int64, shape (16, 4)
         Made by `new_tally`.
 
     Returns
@@ -214,6 +225,7 @@ def raise_first_offence(path: Path, state: Ints, tally: Ints, place_unit: str) -
         Y: (f"y outside the {height} px high sensor", f"y = {value}", size),
         P: ("a polarity that is neither 0 nor 1", f"p = {value}", "store OFF as 0 and ON as 1"),
         BACKWARDS: ("a time before the event ahead of it", f"{value:,} us back", "sort the events by time"),
+        NUMBER: ("a value that is no whole number", f"in {'xypt'[value % 4]}", "export the file again"),
     }[rule]
     message = f"{count:,} of {n:,} events have {what}; the first is number {event:,}{where} ({found}); {way_out}"
     raise RecordingError(f"{path}: {message}, {LENIENT_HINT}")

@@ -15,10 +15,10 @@ import faery
 import numpy as np
 
 from bicode_lab.events import Events, check_events, join
-from bicode_lab.recordings.evt3_write import FIRST_TIME_US, MAX_SIDE_PX, write_evt3
 from bicode_lab.recordings.formats import RecordingError, whole_file
-from bicode_lab.recordings.hdf5 import write_hdf5
-from bicode_lab.recordings.npz import write_npz
+from bicode_lab.recordings.raw.evt3_write import FIRST_TIME_US, MAX_SIDE_PX, write_evt3
+from bicode_lab.recordings.tables.hdf5 import write_hdf5
+from bicode_lab.recordings.tables.npz import write_npz
 
 WRITABLE = (".npz", ".raw", ".aedat4", ".dat", ".csv", ".h5")
 """The name endings that `write_recording` accepts."""
@@ -99,9 +99,12 @@ def _checked(chunks: Iterable[Events], width: int, height: int) -> Iterator[Even
 def _write_with_faery(path: Path, suffix: str, chunks: Iterator[Events], size_px: tuple[int, int], zero: bool) -> None:
     """Write an AEDAT4, DAT or CSV file; `zero` makes its times begin at 0."""
     kind = {".aedat4": "aedat", ".dat": "dat", ".csv": "csv"}[suffix]
-    faery.file_encoder.events_to_file(
-        map(_as_faery, chunks), path, size_px, file_type=kind, zero_t0=zero, use_write_suffix=False
-    )
+    try:
+        faery.file_encoder.events_to_file(
+            map(_as_faery, chunks), path, size_px, file_type=kind, zero_t0=zero, use_write_suffix=False
+        )
+    except RuntimeError as error:  # faery's word for what the system reports, such as a full disk
+        raise OSError(str(error)) from None
 
 
 def _as_faery(events: Events) -> np.ndarray[tuple[int], np.dtype[np.void]]:

@@ -10,7 +10,7 @@ import pytest
 
 from bicode_lab.events import check_events, make_events
 from bicode_lab.recordings import RecordingError, open_recording, write_recording
-from bicode_lab.recordings.evt3_write import evt3_header
+from bicode_lab.recordings.raw.evt3_write import evt3_header
 
 SIZE_PX = (640, 480)
 EVT2_HEAD = b"% evt 2.0\n% geometry 640x480\n% end\n"

@@ -19,7 +19,7 @@ from bicode_lab.recordings import open_recording
 
 def test_missing_and_not_a_file(tmp_path):
     assert complaint(tmp_path / "none.raw") == "no such file; check the path"
-    assert complaint(tmp_path).startswith("a directory; give one event file (EVT2 or EVT3 RAW, DAT, AEDAT4")
+    assert complaint(tmp_path).startswith("a directory; give one event file (EVT2, EVT2.1, EVT3 or EVT4 RAW")
     os.mkfifo(tmp_path / "pipe.raw")
     assert complaint(tmp_path / "pipe.raw").startswith("not a regular file; give one event file")
 
@@ -39,7 +39,8 @@ def test_not_an_event_file(tmp_path, name, what):
         "mat": b"MATLAB 5.0 MAT-file, Platform: GLNXA64",
         "zeros": bytes(4096),
     }[what]
-    expected = "line 1 is" if (name, what) == ("a.csv", "text") else "not an event file"
+    expected = {"mat": "damaged or cut short"}.get(what, "not an event file")
+    expected = "line 1 is" if (name, what) == ("a.csv", "text") else expected
     assert complaint(tmp_path / name, content).startswith(expected)
 
 
@@ -82,17 +83,19 @@ def test_a_clock_of_the_header_that_is_no_number(tmp_path):
     [
         (
             "a.raw",
-            b"% format EVT21;width=640;height=480\n\0\0\0\0\0\0\0\0",
-            "the header says EVT21; give EVT2, EVT3 or",
+            b"% format EVT9;width=640;height=480\n\0\0\0\0\0\0\0\0",
+            "the header says EVT9; give EVT2, EVT2.1, EVT3, EVT4 or DAT",
         ),
-        ("a.raw", b"% date 2020-09-25\n\0\0", "the header names no event format; give EVT2, EVT3 or DAT"),
+        ("a.raw", b"% date 2020-09-25\n\0\0", "the header names no event format; give EVT2, EVT2.1, EVT3, EVT4 or"),
         ("a.raw", b"% evt 3.0\n% date 2020", "cut short in the header, at byte 21; copy it again"),
-        ("a.dat", b"% Version 2\n\x0e\x08" + bytes(8), "no CD events of 8 bytes announced at byte 12; give a DAT fi"),
-        ("a.dat", b"% Version 1\n\x0c\x08" + bytes(8), "the header says DAT version 1; give EVT2, EVT3 or DAT"),
+        ("a.dat", b"% Version 2\n\x07\x08" + bytes(8), "no CD events of 8 bytes announced at byte 12; give a DAT fi"),
+        ("a.dat", b"% Version 2\n\x0c\x10" + bytes(8), "no CD events of 8 bytes announced at byte 12; give a DAT fi"),
+        ("a.dat", b"% Version 2\n\x0e\x08" + bytes(8), "holds external triggers and no events; give the file of CD"),
+        ("a.dat", b"% Version 1\n\x0c\x08" + bytes(8), "the header says DAT version 1; give EVT2, EVT2.1, EVT3"),
         ("a.es", ES_HEAD[:15] + b"\x04" + ES_HEAD[16:], "Event Stream version 2, type 4; give version 2, type 1"),
         ("a.aedat4", b"#!AER-DAT4.0\r\n\xff\xff\xff\xff" + bytes(50), "cut short or damaged in the header, before"),
         ("a.aedat4", b"#!AER-DAT4.0\r\n\x08\0\0\0\x18\0\0\0IOHE", "cut short or damaged in the header, before"),
-        ("a.aedat4", b"#!AER-DAT2.0\r\n", "not an event file but an AEDAT file older than version 4"),
+        ("a.aedat4", b"#!AER-DAT1.0\r\n", "not an event file but an AEDAT file of version 1; convert it"),
     ],
 )
 def test_a_header_that_cannot_be_used(tmp_path, name, content, words):

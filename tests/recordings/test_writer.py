@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bicode_lab.events import EVENT_DTYPE, make_events, no_events
 from bicode_lab.recordings import RecordingError, open_recording, write_recording
-from bicode_lab.recordings.evt3_write import encode_evt3, evt3_header
+from bicode_lab.recordings.raw.evt3_write import encode_evt3, evt3_header
 
 SIZE_PX = (1280, 720)
 SECOND_US = 1_000_000

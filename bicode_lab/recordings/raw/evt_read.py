@@ -1,4 +1,4 @@
-"""Decode the vendor's RAW formats: EVT3 (16-bit words) and EVT2 (32-bit words).
+"""Decode the older of the vendor's RAW formats: EVT3 (16-bit words) and EVT2 (32-bit words).
 
 The upper four bits of a word tell its kind; `evt3_write` lists those of EVT3. Which time words are trusted is decided
 in `evt_time`.
@@ -10,7 +10,7 @@ import numpy as np
 
 from bicode_lab.events import Events
 from bicode_lab.kernels import njit
-from bicode_lab.recordings.evt_time import (
+from bicode_lab.recordings.raw.evt_time import (
     ACCEPTED,
     BOTH_TRUSTED,
     HIGH_TRUSTED,
@@ -30,8 +30,12 @@ from bicode_lab.recordings.validate import (
     LAST,
     LENIENT,
     LOW,
+    MARK,
+    MARKS,
     MISTIMED,
+    PASSED,
     POLARITY,
+    T0,
     TRUSTED,
     UNKNOWN,
     UNPLACED,
@@ -42,6 +46,9 @@ from bicode_lab.recordings.validate import (
     count_offence,
     validate_event,
 )
+
+VENDOR_KIND = 9
+"""Words of this kind are in no definition of the formats. Some cameras send them, to pad their data for example."""
 
 _BLANK_WORDS = 4
 """Zero words mean row 0; this many in a row are taken as a hole in the file."""
@@ -58,7 +65,7 @@ def _broken_rule(state: Ints, x: Int, y: Int) -> int:
 
 
 @njit(cache=True)
-def _add_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int, place: Int, word: Int) -> None:
+def add_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t: Int, place: Int, word: Int) -> None:
     """Validate an event if its time and place are known; count the offence otherwise."""
     rule = _broken_rule(state, x, y)
     if rule < 0:
@@ -69,6 +76,17 @@ def _add_event(state: Ints, tally: Ints, out: Events, x: Int, y: Int, p: Int, t:
 
 
 @njit(cache=True)
+def add_trigger(state: Ints, tally: Ints, marks: Ints, t: Int, number: Int, level: Int, place: Int, word: Int) -> None:
+    """Keep an external trigger if the time is known; count the offence otherwise."""
+    if state[HIGH] < 0 or state[TRUSTED] != BOTH_TRUSTED:
+        count_offence(tally, MARK, state[EVENTS], place, word)
+        return
+    mark = marks[state[MARKS]]
+    mark[0], mark[1], mark[2] = t + state[T0], number, level
+    state[MARKS] += 1
+
+
+@njit(cache=True)
 def _read_place(state: Ints, tally: Ints, out: Events, word: Int, place: int) -> None:
     """Read an EVT3 word that gives a row, an event, the base of a vector, or 12 or 8 pixels of a vector."""
     kind, value = word >> 12, word & 0xFFF
@@ -76,7 +94,7 @@ def _read_place(state: Ints, tally: Ints, out: Events, word: Int, place: int) ->
     if kind == 0:
         state[AT_Y] = value & 0x7FF
     elif kind == 2:
-        _add_event(state, tally, out, value & 0x7FF, state[AT_Y], value >> 11, t, place, word)
+        add_event(state, tally, out, value & 0x7FF, state[AT_Y], value >> 11, t, place, word)
     elif kind == 3:
         state[AT_X], state[POLARITY] = value & 0x7FF, value >> 11
     else:
@@ -84,7 +102,7 @@ def _read_place(state: Ints, tally: Ints, out: Events, word: Int, place: int) ->
         for bit in range(size):
             if (value >> bit) & 1:
                 x = state[AT_X] + bit if state[AT_X] >= 0 else np.int64(-1)
-                _add_event(state, tally, out, x, state[AT_Y], state[POLARITY], t, place, word)
+                add_event(state, tally, out, x, state[AT_Y], state[POLARITY], t, place, word)
         if state[AT_X] >= 0:
             state[AT_X] += size
 
@@ -117,7 +135,7 @@ def _count_zeros(state: Ints, tally: Ints, word: Int, place: int) -> None:
 
 
 @njit(cache=True)
-def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
+def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events, marks: Ints) -> int:
     """Decode the 16-bit words of an EVT3 file.
 
     Parameters
@@ -132,6 +150,8 @@ def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
         See `validate.validate_event`; changed in place.
     out : ndarray of EVENT_DTYPE, shape (m,)
         Buffer for the good events, m >= 12. ``state[KEPT]`` must be 0; afterwards it is the number of events.
+    marks : ndarray of int64, shape (k, 3)
+        Buffer for external triggers (time [us], number of the input, level), k >= 1. ``state[MARKS]`` must be 0.
 
     Returns
     -------
@@ -141,7 +161,7 @@ def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
     for i in range(words.size):
         word = words[i]
         kind = word >> 12
-        if state[KEPT] + 12 > out.size:
+        if state[KEPT] + 12 > out.size or state[MARKS] == len(marks):
             return i
         if kind == 8:
             if not read_time_high(words, i, state, tally, 1 << 12, final, place + 2 * i):
@@ -149,7 +169,12 @@ def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
         elif kind == 6 and state[TRUSTED] & HIGH_TRUSTED:
             if not _read_time_low(words, i, state, final):
                 return i
-        elif kind == 1 or kind == 9 or 11 <= kind <= 13:
+        elif kind == 10:
+            t = (state[HIGH] << 12) | state[LOW]
+            add_trigger(state, tally, marks, t, (word >> 8) & 0xF, word & 1, place + 2 * i, word)
+        elif kind == VENDOR_KIND:
+            state[PASSED] += 1
+        elif kind == 1 or 11 <= kind <= 13:
             count_offence(tally, UNKNOWN, state[EVENTS], place + 2 * i, word)
         elif kind == 0 or 2 <= kind <= 5:
             _read_place(state, tally, out, word, place + 2 * i)
@@ -159,7 +184,7 @@ def decode_evt3(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
 
 
 @njit(cache=True)
-def _low_bits(word: Int) -> Int:
+def low_bits(word: Int) -> Int:
     """Return the lower 6 bits of the time in an EVT2 event."""
     return (word >> 22) & 0x3F
 
@@ -171,14 +196,14 @@ def _is_ahead_of_next(words: Ints, i: int, low: Int) -> bool:
     for j in range(i + 1, min(i + 3, words.size)):
         if words[j] >> 28 > 1:
             break
-        if not low <= _low_bits(words[j]) < _low_bits(words[i]):
+        if not low <= low_bits(words[j]) < low_bits(words[i]):
             return False
         n += 1
     return n > 0
 
 
 @njit(cache=True)
-def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
+def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events, marks: Ints) -> int:
     """Decode the 32-bit words of an EVT2 file.
 
     The upper 28 bits of the time come in words of their own (TIME_HIGH) and wrap at 34 bits (4.8 h).
@@ -187,7 +212,7 @@ def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
     ----------
     words : ndarray of int64, shape (n,)
         Words of the file, 0 .. 2^32 - 1.
-    place, final, state, tally, out
+    place, final, state, tally, out, marks
         See `decode_evt3`; here m >= 1.
 
     Returns
@@ -198,7 +223,9 @@ def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
     for i in range(words.size):
         word = words[i]
         kind = word >> 28
-        if state[KEPT] + 1 > out.size or (word == 0 and i + 1 == words.size and not final):
+        if state[KEPT] + 1 > out.size or state[MARKS] == len(marks):
+            return i
+        if word == 0 and i + 1 == words.size and not final:
             return i
         if kind == 8:
             if not read_time_high(words, i, state, tally, 1 << 28, final, place + 4 * i):
@@ -208,14 +235,19 @@ def decode_evt2(words: Ints, place: int, final: bool, state: Ints, tally: Ints, 
         elif kind < 2:
             if state[LENIENT] and i + 2 >= words.size and not final:
                 return i
-            t = (state[HIGH] << 6) | _low_bits(word)
+            t = (state[HIGH] << 6) | low_bits(word)
             low = state[LAST] & 0x3F if state[LAST] >> 6 == state[HIGH] else 0
             if state[LENIENT] and _is_ahead_of_next(words, i, low):
                 count_offence(tally, MISTIMED, state[EVENTS], place + 4 * i, word)
                 state[EVENTS] += 1
             else:
-                _add_event(state, tally, out, (word >> 11) & 0x7FF, word & 0x7FF, kind, t, place + 4 * i, word)
-        elif kind != 10 and kind < 14:
+                add_event(state, tally, out, (word >> 11) & 0x7FF, word & 0x7FF, kind, t, place + 4 * i, word)
+        elif kind == 10:
+            t = (state[HIGH] << 6) | low_bits(word)
+            add_trigger(state, tally, marks, t, (word >> 8) & 0x1F, word & 1, place + 4 * i, word)
+        elif kind == VENDOR_KIND:
+            state[PASSED] += 1
+        elif kind < 14:
             count_offence(tally, UNKNOWN, state[EVENTS], place + 4 * i, word)
         state[ZEROS] = word == 0
     return words.size

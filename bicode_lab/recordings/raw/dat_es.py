@@ -1,9 +1,7 @@
 """Decode and validate the events of DAT and Event Stream (ES) files.
 
 faery reads these formats, too, but reports little of what is wrong with a file: it holds a backward time at the
-previous value, drops the end of a cut event, and stops at a bad coordinate without saying where. So the bytes are
-decoded here as well. In strict reading this only validates them, in step with faery. In lenient reading the events
-come from here.
+previous value, drops the end of a cut event, and stops at a bad coordinate without saying where.
 """
 
 from __future__ import annotations
@@ -15,16 +13,41 @@ from bicode_lab.recordings.validate import (
     EVENTS,
     HEIGHT,
     HIGH,
+    KEPT,
+    LENIENT,
     LOW,
+    MISTIMED,
     ZEROS,
+    Int,
     Ints,
     count_offence,
     validate_event,
 )
 
+_FAR_US = 1 << 22
+"""A time that is further than this (4.2 s) from both its neighbours, which are near each other, is damaged."""
+
 
 @njit(cache=True)
-def decode_dat(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
+def _clock_distance(a: Int, b: Int) -> Int:
+    """Return how far two readings of a 32-bit clock lie apart, the shorter way round [us]."""
+    distance = (a - b) & 0xFFFFFFFF
+    return min(distance, (1 << 32) - distance)
+
+
+@njit(cache=True)
+def _is_far_off(words: Ints, i: int, state: Ints) -> bool:
+    """Return whether the time of an event is far from both its neighbours, which are near each other."""
+    if state[EVENTS] == 0 or i + 1 == words.size:
+        return False
+    here, after, before = words[i] & 0xFFFFFFFF, words[i + 1] & 0xFFFFFFFF, state[LOW]
+    if _clock_distance(before, after) > _FAR_US:
+        return False
+    return bool(min(_clock_distance(here, before), _clock_distance(here, after)) > _FAR_US)
+
+
+@njit(cache=True)
+def decode_dat(words: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events, marks: Ints) -> int:
     """Decode the 64-bit words of a DAT file.
 
     A word holds 32 bits of time, 14 of x, 14 of y and 4 of polarity, from the lowest bit up. The time wraps after
@@ -41,7 +64,9 @@ def decode_dat(words: Ints, place: int, final: bool, state: Ints, tally: Ints, o
     state, tally : ndarray of int64
         See `validate.validate_event`; changed in place.
     out : ndarray of EVENT_DTYPE, shape (m,)
-        Buffer for the good events; it must hold one event for each word.
+        Buffer for the good events, m >= 1.
+    marks : ndarray
+        Not used: these formats hold no external triggers.
 
     Returns
     -------
@@ -50,11 +75,14 @@ def decode_dat(words: Ints, place: int, final: bool, state: Ints, tally: Ints, o
     """
     for i in range(words.size):
         word = words[i]
-        if word == 0 and i + 1 == words.size and not final:
+        if state[KEPT] == out.size or (i + 1 == words.size and not final):
             return i
         low = word & 0xFFFFFFFF
         if word == 0 and (state[ZEROS] or (i + 1 < words.size and words[i + 1] == 0)):
             count_offence(tally, BLANK, state[EVENTS], place + 8 * i, 0)
+            state[EVENTS] += 1
+        elif state[LENIENT] and _is_far_off(words, i, state):
+            count_offence(tally, MISTIMED, state[EVENTS], place + 8 * i, low)
             state[EVENTS] += 1
         else:
             if state[LOW] - low > 1 << 31:
@@ -77,6 +105,8 @@ def _decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, ou
     """Decode Event Stream bytes: 5 per event, with times as steps; single bytes only lengthen the step."""
     i = 0
     while i < data.size:
+        if state[KEPT] == out.size:
+            return i
         first = data[i]
         if (first >= 0xFC) if atis else (first >= 0xFE):
             state[LOW] += (first & 3) * 63 if atis else (127 if first == 0xFE else 0)
@@ -100,14 +130,14 @@ def _decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, ou
 
 
 @njit(cache=True)
-def decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
+def decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events, marks: Ints) -> int:
     """Decode the bytes of an Event Stream of type DVS.
 
     Parameters
     ----------
     data : ndarray of int64, shape (n,)
         Bytes of the file, 0 .. 255.
-    place, final, state, tally, out
+    place, final, state, tally, out, marks
         See `decode_dat`.
 
     Returns
@@ -119,12 +149,12 @@ def decode_es(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out
 
 
 @njit(cache=True)
-def decode_atis(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events) -> int:
+def decode_atis(data: Ints, place: int, final: bool, state: Ints, tally: Ints, out: Events, marks: Ints) -> int:
     """Decode the bytes of an Event Stream of type ATIS; its exposure measurements are left out.
 
     Parameters
     ----------
-    data, place, final, state, tally, out
+    data, place, final, state, tally, out, marks
         See `decode_es`.
 
     Returns

@@ -1,0 +1,1 @@
+"""Read the AEDAT formats of iniVation's cameras: versions 2, 3.1 and 4."""
