@@ -18,7 +18,7 @@ FIRMWARE = ROOT / "bicode_lab" / "fabrication" / "bicode_tx.py"  # data: it runs
 FILES = sorted(path for name in PACKAGES for path in (ROOT / name).rglob("*.py") if path != FIRMWARE)
 
 MODULE = {"events", "boxes", "paper", "constants", "kernels"}
-LAB = {"marker", "camera", "recognition", "soft_receiver", "recordings", "fabrication"}
+LAB = {"marker", "camera", "recognition", "soft_receiver", "sequential", "recordings", "fabrication"}
 BASE = {"repository", "statistics"}
 # What each part (a folder or a file of a package) may import of the two packages, beside itself.
 KNOWS: dict[str, dict[str, set[str]]] = {
@@ -33,6 +33,7 @@ KNOWS: dict[str, dict[str, set[str]]] = {
         "camera": MODULE | {"marker"},
         "recognition": MODULE | {"marker"},
         "soft_receiver": MODULE | {"marker", "recognition"},
+        "sequential": MODULE | {"marker", "recognition", "soft_receiver"},
         "recordings": {"events", "paper", "kernels"},
         "fabrication": {"paper", "marker"},
     },

@@ -1,0 +1,200 @@
+"""The evidence of one track: counts of its periods, and what is read from them.
+
+A packet that is repeated is read from all counts of the track so far, up to a limit. The reading is given as soon as it
+is believed: after one period near by, after many far away. Once there is a reading, it is compared with the counts of
+each new period, and made anew from time to time. It is given up if a frame contradicts it, or if its value is not there
+any more. Where all evidence together gives no reading, the last period alone is tried, and then each frame for itself.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bicode_lab.boxes import Box
+from bicode_lab.recognition.decode import Reason
+from bicode_lab.recognition.led_state import Counts
+from bicode_lab.recognition.periods import PeriodGrid
+from bicode_lab.sequential.fold import Bins, line_power
+from bicode_lab.sequential.frames import agreement, read_frames
+from bicode_lab.sequential.reading import NOTHING, FrameReading, Reading
+from bicode_lab.sequential.repeated import read_repeated
+from bicode_lab.soft_receiver.line_code import LineCode
+
+ESTABLISHED = 3
+MAX_WAIT = 8  # periods until an established reading is made anew
+PATIENCE = 4  # periods without a reading after which only each so-many-th period is read with all evidence
+MAX_CONTRADICTION = 12.0  # [nat]
+MAX_ABSENCE = 8.0  # [nat]
+MIN_LINE = (
+    12.0  # power at the chip rate, chi-squared with 4 degrees of freedom for noise, which has it once in 60 periods
+)
+SAME_SIZE = 2.0  # boxes whose areas differ by more than this factor do not show the same light
+
+Row = tuple[int, Counts, Counts, Box]
+"""Number of a period, the ON and OFF counts of the track in its bins, and its box."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What the evidence of a track says in one period.
+
+    Parameters
+    ----------
+    reading : Reading
+        The reading of a packet that is repeated, or of the frames as a whole.
+    frames : tuple of FrameReading, or None
+        Frames that were read for themselves and are sure; None if the packet is repeated.
+    reason : str or None
+        Why there is no ID, one of `decode.REASONS`; None if there is one.
+    n_periods : int
+        Number of periods that were weighed.
+    """
+
+    reading: Reading
+    frames: tuple[FrameReading, ...] | None
+    reason: Reason | None
+    n_periods: int
+
+
+class Evidence:
+    """What the receiver remembers of a track.
+
+    Parameters
+    ----------
+    line : LineCode
+    grid : PeriodGrid
+    longest : int
+        Number of periods that are weighed together.
+    """
+
+    def __init__(self, line: LineCode, grid: PeriodGrid, longest: int) -> None:
+        self._line, self._grid, self._longest = line, grid, longest
+        self._rows: deque[Row] = deque(maxlen=longest)
+        self._reading, self._n_weighed = NOTHING, 0
+        self._agreed = 0  # times that the value was read anew
+        self._waited = 0  # periods since it was read anew
+        self._failed = 0  # periods without a reading
+        self._absence = 0.0
+        self._changes = False  # whether frames of the last period were read for themselves
+
+    @property
+    def is_read(self) -> bool:
+        """Whether a repeated packet was read in the last period."""
+        return self._agreed > 0
+
+    def add(self, period: int, n_on: Counts, n_off: Counts, box: Box) -> None:
+        """Add the counts of a period.
+
+        Parameters
+        ----------
+        period : int
+            Number of the period, larger than those before.
+        n_on, n_off : ndarray of int32, shape (grid.n_bins(period),)
+            Counts of its bins.
+        box : Box
+            Where they were counted [px].
+        """
+        self._rows.append((period, n_on, n_off, box))
+        while self._rows[0][0] <= period - self._longest:
+            self._rows.popleft()
+
+    def blinks(self) -> bool:
+        """Return whether the last period has a line at the chip rate."""
+        return line_power(self._bins([self._rows[-1]])) >= MIN_LINE
+
+    def read(self) -> Outcome | None:
+        """Read the evidence.
+
+        Returns
+        -------
+        Outcome or None
+            None where nothing is there that sends frames of the code.
+        """
+        known = self._known()
+        reading = known or self._repeated()
+        if reading is not None:
+            self._absence = max(0.0, self._absence - agreement(reading, self._now(), self._line).presence)
+            if self._absence > MAX_ABSENCE:
+                self._rows.clear()
+                self._reading, self._agreed, self._waited, self._absence = NOTHING, 0, 0, 0.0
+                return None
+            return Outcome(reading=reading, frames=None, reason=None, n_periods=self._n_weighed)
+        if not self._changes and self._failed > PATIENCE and self._failed % PATIENCE:
+            return None
+        whole, frames = self._frames()
+        sure = tuple(frame for frame in frames if frame.is_sure) if whole.doubt is None else ()
+        self._changes = bool(sure)
+        if sure:
+            return Outcome(reading=whole, frames=sure, reason=None, n_periods=1)
+        if not self._reading.is_structured:
+            return None
+        return Outcome(
+            reading=self._reading, frames=None, reason=self._reading.doubt or "conflict", n_periods=self._n_weighed
+        )
+
+    def _known(self) -> Reading | None:
+        """Return the reading of the periods before if it need not be made anew and agrees with the last period."""
+        if not self._agreed or self._waited >= min(len(self._rows) // 2, MAX_WAIT):
+            return None
+        self._waited += 1
+        agrees = agreement(self._reading, self._now(), self._line)
+        return self._reading if agrees.contradiction <= MAX_CONTRADICTION else None
+
+    def _repeated(self) -> Reading | None:
+        """Read the counts as a packet that is repeated; None if that is not believed."""
+        self._failed += 1
+        rows = list(self._rows)
+        is_due = self._failed <= PATIENCE or self._failed % PATIENCE == 0
+        everything = NOTHING
+        for used in [rows, rows[-1:]] if len(rows) > 1 and is_due else [rows[-1:]]:
+            reading = self._reading = read_repeated(self._bins(used), self._line)
+            self._n_weighed = len(used)
+            if used is rows:
+                everything = reading
+            elif everything.doubt == "checksum" and everything.gain > reading.gain:
+                continue  # all evidence together shows frames of the code, but not what they say
+            if reading.doubt is None and not self._is_contradicted(reading):
+                if used is not rows:
+                    self._rows = deque(used, self._longest)
+                self._agreed, self._waited, self._failed = self._agreed + 1, 0, 0
+                return reading
+        self._agreed = 0
+        return None
+
+    def _is_contradicted(self, reading: Reading) -> bool:
+        """Return whether frames of the last period say something else."""
+        if agreement(reading, self._now(), self._line).contradiction > MAX_CONTRADICTION:
+            return True
+        if self._agreed >= ESTABLISHED:
+            return False
+        whole, frames = self._frames()
+        return whole.doubt is None and any(frame.is_sure and frame.value != reading.value for frame in frames)
+
+    def _frames(self) -> tuple[Reading, list[FrameReading]]:
+        """Read each frame of the last period, and the one across its start, for itself."""
+        last, _, _, box = self._rows[-1]
+        recent = self._bins([row for row in list(self._rows)[-2:] if row[0] > last - 2 and _alike(row[3], box)])
+        whole, frames = read_frames(recent, self._line)
+        if whole.doubt is None and whole.rival < read_repeated(recent, self._line).rival:
+            return NOTHING, []  # free frames explain more than equal ones do, if the levels are right
+        return whole, frames
+
+    def _now(self) -> Bins:
+        """Return the counts of the last period."""
+        return self._bins([self._rows[-1]])
+
+    def _bins(self, rows: Sequence[Row]) -> Bins:
+        """Return the counts of some periods."""
+        numbers = [self._grid.first_bin(period) + np.arange(n_on.size) for period, n_on, _, _ in rows]
+        counts = [np.stack([n_on, n_off], axis=1) for _, n_on, n_off, _ in rows]
+        chips = (np.concatenate(numbers) + 0.5) * (self._grid.bin_us / self._line.chip_us)
+        return Bins(np.asarray(chips, np.float64), np.concatenate(counts).astype(np.float64))
+
+
+def _alike(first: Box, second: Box) -> bool:
+    """Return whether two boxes are of about the same size, so that they can show the same light."""
+    return max(first.area, second.area) <= SAME_SIZE * min(first.area, second.area)

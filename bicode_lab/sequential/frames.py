@@ -1,0 +1,108 @@
+"""Read each packet for itself, because a payload may change from one packet to the next; check a known reading."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bicode_lab.sequential.fold import ON, Bins, Clock, Floats, find_clock, fold
+from bicode_lab.sequential.judge import ONES, cut, decide, judge, learn, span, start_share
+from bicode_lab.sequential.levels import chip_scores, guess_levels
+from bicode_lab.sequential.paths import best_contexts, path_score, score_places
+from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
+from bicode_lab.sequential.repeated import LATER_OFF, seen_counts
+from bicode_lab.sequential.rivals import noise_score
+from bicode_lab.soft_receiver.line_code import LineCode
+
+
+def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]]:
+    """Read each frame for itself.
+
+    Parameters
+    ----------
+    bins : Bins
+        Counts of a region.
+    line : LineCode
+        A code without a pause between frames, which begins them with `levels.MEMORY` equal chips or more.
+
+    Returns
+    -------
+    reading : Reading
+        What all frames together say of the light; value, margin and begin are those of the surest frame.
+    frames : list of FrameReading
+        In the order of time, with those that are cut.
+    """
+    bins = seen_counts(bins, line)
+    if not bins.counts.any():
+        return NOTHING, []
+    clock = find_clock(bins)
+    first, n_chips = span(bins, clock, line)
+    guess = guess_levels(fold(bins, clock, n_chips, first))
+    options = [
+        (clock.later_off(later), _by_place(bins, clock.later_off(later), guess, ONES, line)) for later in LATER_OFF
+    ]
+    clock, places = max(options, key=lambda one: one[1].max())
+    at = int(np.argmax(places))
+    stacked, begins = cut(bins, clock, at, line)
+    learned = learn(stacked, guess, line)
+    places = _by_place(bins, clock, learned.levels, learned.dispersion, line)
+    paths = [learned.path(k, line) for k in range(len(begins))]
+    contexts = np.concatenate([own for own, _ in paths])
+    whole = judge(learned, contexts, sum(total for _, total in paths), places, at, bins)
+    whole = replace(whole, clock=clock, start=start_share(stacked, contexts, line))
+    readings, frames = [], []
+    for k, begin in enumerate(begins):
+        frame = stacked.part(k * line.frame_chips, line.frame_chips)
+        own = paths[k][0]
+        moment = (begin + clock.origin[ON]) / clock.rate
+        readings.append(replace(decide(whole, frame, own, line), begin=moment))
+        guessed = path_score(chip_scores(frame, guess, learned.dispersion), own)
+        frames.append(
+            FrameReading(
+                value=int(readings[-1].value or 0), check=readings[-1].check, begin=moment,
+                is_whole=bool((frame.exposure > 0).any(axis=2).all()),
+                gain=guessed - noise_score(frame, learned.dispersion),
+                margin=readings[-1].margin, conflict=readings[-1].conflict,
+            )
+        )  # fmt: skip
+    return max(readings, key=lambda one: (one.check, one.margin)), frames
+
+
+def agreement(reading: Reading, bins: Bins, line: LineCode) -> Agreement:
+    """Compare a reading with counts of the same region, such as those of the last period.
+
+    Parameters
+    ----------
+    reading : Reading
+        A reading that is believed.
+    bins : Bins
+    line : LineCode
+
+    Returns
+    -------
+    Agreement
+    """
+    bins = seen_counts(bins, line)
+    if not bins.counts.any() or reading.clock is None or reading.contexts is None or reading.levels is None:
+        return Agreement(presence=-np.inf, contradiction=0.0)
+    n, clock = line.frame_chips, reading.clock
+    first, _ = span(bins, clock, line)
+    at = round(reading.begin * clock.rate - clock.origin[ON] - first)
+    frames, begins = cut(bins, clock, at, line)
+    scores = chip_scores(frames, reading.levels, reading.dispersion)
+    worst = total = 0.0
+    for k in range(len(begins)):
+        frame = scores[k * n : (k + 1) * n]
+        own = path_score(frame, reading.contexts)
+        total += own
+        worst = max(worst, best_contexts(frame, line)[1] - own)
+    return Agreement(presence=total - noise_score(frames, reading.dispersion), contradiction=worst)
+
+
+def _by_place(bins: Bins, clock: Clock, levels: Floats, dispersion: Floats, line: LineCode) -> Floats:
+    """Score each place at which frames may begin by the sum over the frames, which need not be alike."""
+    first, n_chips = span(bins, clock, line)
+    sums = score_places(chip_scores(fold(bins, clock, n_chips, first), levels, dispersion), line)
+    places = np.bincount(np.arange(sums.size) % line.frame_chips, sums, line.frame_chips)
+    return np.asarray(places, np.float64)

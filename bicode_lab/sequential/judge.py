@@ -1,0 +1,263 @@
+"""Learn the levels of frames, and judge what the most likely path says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bicode_lab.sequential.fold import OFF, ON, Bins, Clock, Floats, Folded, fold
+from bicode_lab.sequential.levels import (
+    MEMORY,
+    Contexts,
+    chip_scores,
+    estimate_levels,
+    find_dispersion,
+)
+from bicode_lab.sequential.paths import FIRST, best_contexts, path_score
+from bicode_lab.sequential.reading import Reading
+from bicode_lab.sequential.rivals import burst_score, lamp_score, noise_score
+from bicode_lab.soft_receiver.line_code import LineCode
+from bicode_lab.soft_receiver.nodes import build_nodes, frame_contexts
+from bicode_lab.soft_receiver.viterbi import best_path
+
+ROUNDS = 3
+EQUAL_SCORE = 1.0  # two explanations whose log-likelihoods differ by less are equally good [nat]
+START_CHIPS = 3  # of the start, its last ones: the tails of OFF edges do not reach so far
+SLACK_PER_CHIP = 0.25  # what the noise of a chip adds to the best path of one polarity alone [nat]
+ONES = np.ones(2)
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """Levels that were learned from frames.
+
+    Parameters
+    ----------
+    frames : Folded
+        The frames one after the other, each from its chip `paths.FIRST` on.
+    guess, levels : ndarray, shape (2**MEMORY, 2, PHASES)
+        Levels before and after learning.
+    contexts : ndarray of int32, shape (chips,)
+        Most likely path through all frames.
+    dispersion : ndarray, shape (2,)
+        Along this path.
+    total : float
+        Log-likelihood of the path, without the dispersion [nat].
+    """
+
+    frames: Folded
+    guess: Floats
+    levels: Floats
+    contexts: Contexts
+    dispersion: Floats
+    total: float
+
+    def path(self, number: int, line: LineCode) -> tuple[Contexts, float]:
+        """Find the most likely path of one frame.
+
+        Parameters
+        ----------
+        number : int
+            Number of the frame, 0 or more.
+        line : LineCode
+
+        Returns
+        -------
+        contexts : ndarray of int32, shape (frame_chips,)
+        total : float
+            Log-likelihood, divided by the dispersion [nat].
+        """
+        frame = self.frames.part(number * line.frame_chips, line.frame_chips)
+        return best_contexts(chip_scores(frame, self.levels, self.dispersion), line)
+
+
+def learn(frames: Folded, guess: Floats, line: LineCode) -> Learned:
+    """Find the most likely path and estimate the levels along it, in turn (Viterbi training).
+
+    Parameters
+    ----------
+    frames : Folded
+        Frames one after the other, each from its chip `paths.FIRST` on.
+    guess : ndarray, shape (2**MEMORY, 2, PHASES)
+    line : LineCode
+
+    Returns
+    -------
+    Learned
+    """
+    levels, dispersion = guess, ONES
+    for _ in range(ROUNDS):
+        contexts, _ = _paths(frames, levels, dispersion, line)
+        dispersion = find_dispersion(frames, levels, contexts)
+        levels = estimate_levels(frames, contexts, guess, dispersion)
+    contexts, total = _paths(frames, levels, ONES, line)
+    return Learned(frames, guess, levels, contexts, find_dispersion(frames, levels, contexts), total)
+
+
+def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, bins: Bins) -> Reading:
+    """Judge whether the light as a whole sends frames of the code.
+
+    Parameters
+    ----------
+    learned : Learned
+    contexts : ndarray of int32, shape (chips,)
+        Path through all frames.
+    total : float
+        Its log-likelihood [nat].
+    places : ndarray, shape (frame_chips,)
+        Log-likelihood of frames that begin at each chip [nat].
+    at : int
+        Chip at which they are taken to begin.
+    bins : Bins
+        The counts that the frames were made from.
+
+    Returns
+    -------
+    Reading
+        Without value, margin, conflict and begin, which belong to a single frame.
+    """
+    dispersion, n = learned.dispersion, places.size
+    guessed = path_score(chip_scores(learned.frames, learned.guess, dispersion), contexts)
+    burst = burst_score(bins, dispersion)
+    away = np.abs((np.arange(n) - at + n // 2) % n - n // 2)
+    return Reading(
+        value=None,
+        gain=guessed - max(noise_score(learned.frames, dispersion), burst),
+        rival=total - max(lamp_score(bins, dispersion), burst),
+        place=float(places[at % n] - places[away > 1].max()),
+        dispersion=dispersion, levels=learned.levels,
+    )  # fmt: skip
+
+
+def decide(reading: Reading, frame: Folded, contexts: Contexts, line: LineCode) -> Reading:
+    """Decide on the value of a frame.
+
+    Of the frames that pass the check, the most likely one is taken if it explains the counts as well as the most likely
+    path does, which need not pass.
+
+    Parameters
+    ----------
+    reading : Reading
+        What the light as a whole says.
+    frame : Folded
+        Counts of the frame from its chip `paths.FIRST` on.
+    contexts : ndarray of int32, shape (frame_chips,)
+        Its most likely path.
+    line : LineCode
+
+    Returns
+    -------
+    Reading
+        With value, check, margin, conflict and contexts.
+    """
+    assert reading.levels is not None
+    sides = [chip_scores(frame, reading.levels, reading.dispersion, side) for side in (ON, OFF)]
+    both = sides[ON] + sides[OFF]
+    value, check = line.decode(np.roll(contexts & 1, FIRST))
+    others = frame_contexts(line, MEMORY)
+    if others is None:
+        nodes = build_nodes(line, MEMORY)
+        _, margins = best_path(both, nodes, FIRST)
+        conflict = max(best_contexts(one, line)[1] - path_score(one, contexts) for one in sides)
+        slack = SLACK_PER_CHIP * len(contexts)
+        return replace(reading, value=value, check=check, margin=float(margins.min()), conflict=conflict - slack,
+                       contexts=contexts)  # fmt: skip
+    chips = np.arange(len(both))
+    each = np.stack([one[chips, others].sum(axis=1) for one in sides])
+    sums = each.sum(axis=0)
+    at = int(np.argmax(sums))
+    loss = path_score(both, contexts) - float(sums[at])
+    if loss > EQUAL_SCORE and not check:
+        return replace(reading, value=value, check=False, margin=loss, contexts=contexts)
+    value, check = line.decode(np.roll(others[at] & 1, FIRST))
+    itself = (others == others[at]).all(axis=1)
+    return replace(
+        reading, value=value, check=check, contexts=others[at], margin=float(sums[at] - sums[~itself].max()),
+        conflict=float((each.max(axis=1) - each[:, at]).max()),
+    )  # fmt: skip
+
+
+def start_share(frames: Folded, contexts: Contexts, line: LineCode) -> float:
+    """Return the share of a usual edge's events that keep the clock in the last chips of the start.
+
+    Parameters
+    ----------
+    frames : Folded
+        Frames one after the other, each from its chip `paths.FIRST` on.
+    contexts : ndarray of int32, shape (chips,)
+        Path through all frames.
+    line : LineCode
+
+    Returns
+    -------
+    float
+        Of ON and OFF the larger one: the amplitude of the pulse of an edge in the start over that in the data.
+    """
+    shares = []
+    n_start = len(line.start_chips)
+    place = (np.arange(contexts.size) + FIRST) % line.frame_chips
+    still = (place < n_start) & (place >= n_start - START_CHIPS)
+    for side, new in ((ON, 1), (OFF, 0)):
+        is_edge = ((contexts & 1) == new) & ((contexts >> 1 & 1) != new)
+        mean, quiet = (
+            frames.sums[which, side].sum(axis=0) / np.maximum(frames.exposure[which, side].sum(axis=0), 1e-9)
+            for which in (is_edge, still)
+        )
+        pulse = mean - mean.mean()
+        power = float(pulse @ pulse)
+        shares.append(float(pulse @ quiet) / power if power > 0 else 1.0)
+    return max(shares)
+
+
+def span(bins: Bins, clock: Clock, line: LineCode) -> tuple[int, int]:
+    """Find the chips that hold all bins, with a frame of nothing on either side.
+
+    Parameters
+    ----------
+    bins : Bins
+    clock : Clock
+    line : LineCode
+
+    Returns
+    -------
+    first, n_chips : int
+        Number of the first chip, and how many chips.
+    """
+    n = line.frame_chips
+    first = int(np.floor(clock.rate * bins.chips[0] - clock.origin.max())) - n - 2
+    last = int(np.ceil(clock.rate * bins.chips[-1] - clock.origin.min())) + n + 2
+    return first, -(-(last - first - FIRST) // n) * n + FIRST + n - 1
+
+
+def cut(bins: Bins, clock: Clock, at: int, line: LineCode) -> tuple[Folded, list[int]]:
+    """Cut counts into frames.
+
+    Parameters
+    ----------
+    bins : Bins
+    clock : Clock
+    at : int
+        A chip, counted from the first of `span`, at which a frame begins.
+    line : LineCode
+
+    Returns
+    -------
+    frames : Folded
+        The frames one after the other, each from its chip `paths.FIRST` on.
+    begins : list of int
+        Chip at which each begins, by the number of the clock.
+    """
+    n = line.frame_chips
+    first, n_chips = span(bins, clock, line)
+    begins = list(range(at % n, n_chips - n - FIRST + 1, n))
+    counts = fold(bins, clock, n_chips, first)
+    return counts.part(begins[0] + FIRST, n * len(begins)), [first + begin for begin in begins]
+
+
+def _paths(frames: Folded, levels: Floats, dispersion: Floats, line: LineCode) -> tuple[Contexts, float]:
+    """Return the most likely path of each frame, one after the other, and their log-likelihood together."""
+    scores = chip_scores(frames, levels, dispersion)
+    n = line.frame_chips
+    each = [best_contexts(scores[k : k + n], line) for k in range(0, len(scores), n)]
+    return np.concatenate([contexts for contexts, _ in each]), sum(total for _, total in each)

@@ -1,0 +1,95 @@
+"""Read a packet that is sent again and again, from all its repetitions together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bicode_lab.sequential.fold import ON, Bins, Clock, find_clock, fold
+from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, decide, judge, learn, start_share
+from bicode_lab.sequential.levels import chip_scores, guess_levels
+from bicode_lab.sequential.paths import FIRST, best_contexts, score_places
+from bicode_lab.sequential.reading import NOTHING, Reading
+from bicode_lab.soft_receiver.line_code import LineCode
+
+LATER_OFF = (-1, 0, 1)  # by how many chips more OFF events may come later than ON events
+STARTS = 3  # places that the levels are learned from
+QUIET_CHIPS = 2  # the last data and the first data may be off for a chip each, beside the start
+
+
+def seen_counts(bins: Bins, line: LineCode) -> Bins:
+    """Return the counts of the time in which the light was in view, each bin limited.
+
+    Parameters
+    ----------
+    bins : Bins
+    line : LineCode
+
+    Returns
+    -------
+    Bins
+    """
+    return bins.seen(len(line.start_chips) + QUIET_CHIPS).capped()
+
+
+def read_repeated(bins: Bins, line: LineCode) -> Reading:
+    """Read a frame that is sent again and again.
+
+    All frames are laid over each other. The time must hold one frame and one more start at least: in a shorter time,
+    lamps look like frames.
+
+    Parameters
+    ----------
+    bins : Bins
+        Counts of a region.
+    line : LineCode
+        A code that repeats its frame without a pause and begins it with `levels.MEMORY` equal chips or more.
+
+    Returns
+    -------
+    Reading
+        Its property ``doubt`` tells whether to believe it.
+    """
+    bins = seen_counts(bins, line)
+    n = line.frame_chips
+    if not bins.counts.any() or not _is_long_enough(bins, line):
+        return NOTHING
+    clock = find_clock(bins)
+    guess = guess_levels(fold(bins, clock, n))
+    starts: list[tuple[float, int, Clock]] = []
+    for later in LATER_OFF:
+        shifted = clock.later_off(later)
+        scores = score_places(chip_scores(fold(bins, shifted, n), guess, ONES), line)
+        starts += [(float(scores[at]), int(at), shifted) for at in np.argsort(-scores)[:STARTS]]
+    starts = sorted(starts, key=lambda one: -one[0])[:STARTS]
+    tried = [(learn(fold(bins, clock, n).rolled(at + FIRST), guess, line), clock) for _, at, clock in starts]
+    learned, clock = max(tried, key=lambda one: one[0].total)
+    counts = fold(bins, clock, n)
+    places = score_places(chip_scores(counts, learned.levels, learned.dispersion), line)
+    at = int(np.argmax(places))
+    readings = []
+    for begin in (at, at + 1, at - 1):  # of a frame whose bits are all alike, one chip aside the check decides
+        frame = counts.rolled(begin + FIRST)
+        contexts, total = best_contexts(chip_scores(frame, learned.levels, learned.dispersion), line)
+        reading = judge(replace(learned, frames=frame), contexts, total, places, begin % n, bins)
+        reading = replace(reading, clock=clock, begin=(begin + clock.origin[ON]) / clock.rate,
+                          start=start_share(frame, contexts, line))  # fmt: skip
+        readings.append((total, decide(reading, frame, contexts, line)))
+    return _surest(readings)
+
+
+def _surest(readings: list[tuple[float, Reading]]) -> Reading:
+    """Return the most likely reading, or one that is as likely and passes the check; others limit its margin."""
+    best = readings[0][0]
+    total, reading = max(readings, key=lambda one: (one[1].check and one[0] > best - EQUAL_SCORE, one[0]))
+    margins = [total - other_total for other_total, other in readings if other.check and other.value != reading.value]
+    return replace(reading, margin=min([reading.margin, *margins]))
+
+
+def _is_long_enough(bins: Bins, line: LineCode) -> bool:
+    """Return whether the bins hold every chip of a frame, and one more start."""
+    place = np.floor(bins.chips).astype(np.int64)
+    chips = np.unique(place)
+    needed = line.frame_chips + len(line.start_chips)
+    return chips.size >= needed and np.unique(chips % line.frame_chips).size == line.frame_chips

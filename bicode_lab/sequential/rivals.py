@@ -1,0 +1,107 @@
+"""What else the events could be: noise, bursts of clutter, or a lamp that flickers at any rate.
+
+Each rival explains the same counts without a packet; its log-likelihood is compared with that of the packet.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bicode_lab.sequential.fold import PHASES, Bins, Floats, Folded
+from bicode_lab.sequential.levels import GUESS_CHIPS, GUESS_EVENTS
+
+LOWEST, HIGHEST = 0.02, 1.25  # rates of lamps that are tried [cycles per chip]
+N_PEAKS = 6  # strongest rates that are tried
+PADDING = 4
+LAMP_PHASES = 2 * PHASES  # bins of a lamp's cycle
+BURST_CHIPS = 4.0
+
+
+def noise_score(counts: Folded, dispersion: Floats) -> float:
+    """Return the log-likelihood of events that come at any time.
+
+    Parameters
+    ----------
+    counts : Folded
+    dispersion : ndarray, shape (2,)
+        1 or more.
+
+    Returns
+    -------
+    float
+        Up to the same constant as `levels.chip_scores`.
+    """
+    rate = counts.mean_rate()
+    each = counts.sums.sum(axis=(0, 2)) * np.log(rate) - counts.exposure.sum(axis=(0, 2)) * rate
+    return float((each / dispersion).sum())
+
+
+def burst_score(bins: Bins, dispersion: Floats) -> float:
+    """Return the log-likelihood of events whose rate changes from one `BURST_CHIPS` to the next.
+
+    Parameters
+    ----------
+    bins : Bins
+    dispersion : ndarray, shape (2,)
+        1 or more.
+
+    Returns
+    -------
+    float
+    """
+    block = ((bins.chips - bins.chips[0]) / BURST_CHIPS).astype(np.int64)
+    return _grouped_score(bins, block, int(block[-1]) + 1, dispersion)
+
+
+def lamp_score(bins: Bins, dispersion: Floats) -> float:
+    """Return the log-likelihood of a lamp: pulses of any shape that repeat at the rate that explains most.
+
+    Parameters
+    ----------
+    bins : Bins
+    dispersion : ndarray, shape (2,)
+        1 or more.
+
+    Returns
+    -------
+    float
+    """
+    best = -np.inf
+    for rate in _strongest_rates(bins):
+        phase = np.floor((bins.chips * rate % 1.0) * LAMP_PHASES).astype(np.int64) % LAMP_PHASES
+        best = max(best, _grouped_score(bins, phase, LAMP_PHASES, dispersion))
+    return best
+
+
+def _strongest_rates(bins: Bins) -> Floats:
+    """Return the rates at which the events have the strongest lines [cycles per chip], and the chip rate and half."""
+    step = 1 / PHASES
+    place = np.round((bins.chips - bins.chips[0]) / step).astype(np.int64)
+    n = int(place[-1]) + 1
+    size = int(2 ** np.ceil(np.log2(PADDING * n)))
+    power = np.zeros(size // 2 + 1)
+    for side in range(2):
+        count = np.bincount(place, bins.counts[:, side], n)
+        squares = float((count**2).sum())
+        if squares:
+            power += np.abs(np.fft.rfft(count - count.mean(), size)) ** 2 / squares
+    rates = np.arange(power.size) / (size * step)
+    inside = (rates > max(LOWEST, 2 / (n * step))) & (rates < HIGHEST)
+    is_peak = np.zeros(power.size, bool)
+    is_peak[1:-1] = (power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])
+    peaks = np.flatnonzero(is_peak & inside)
+    top = peaks[np.argsort(-power[peaks], kind="stable")[:N_PEAKS]]
+    return np.concatenate([rates[top], [0.25, 0.5, 1.0]])
+
+
+def _grouped_score(bins: Bins, group: np.ndarray, n: int, dispersion: Floats) -> float:
+    """Return the log-likelihood if the mean count depends on the group of a bin only."""
+    seen = np.bincount(group, minlength=n).astype(np.float64)
+    score = 0.0
+    for side in range(2):
+        total = np.bincount(group, bins.counts[:, side], n)
+        mean = (float(total.sum()) + 0.5) / (float(seen.sum()) + 1)
+        weight = min(GUESS_EVENTS * dispersion[side] / mean, GUESS_CHIPS * PHASES)
+        rate = (total + mean * weight) / (seen + weight)
+        score += float((total * np.log(rate) - seen * rate).sum()) / dispersion[side]
+    return score
