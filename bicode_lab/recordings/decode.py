@@ -89,6 +89,7 @@ class Decoder:
         self._triggers: list[Ints] = []
         self._off = set[int]()  # the polarities 0 and -1 that the file uses
         self._remarks: list[str] = []
+        self._at_end = False
 
     @property
     def dropped(self) -> dict[str, int]:
@@ -97,10 +98,13 @@ class Decoder:
 
     @property
     def remarks(self) -> list[str]:
-        """What is worth knowing of the file so far, though nothing is wrong with it: one line each."""
-        words = int(self.state[PASSED])
-        passed = [f"{words:,} words of the vendor's own kind 9 were passed over (some cameras pad their data)"]
-        return [*self._remarks, *(passed if words else [])]
+        """What is worth knowing of the file, though nothing is wrong with it: one line each, counts at its end."""
+        counted = []
+        if self._at_end and (words := int(self.state[PASSED])):
+            counted.append(f"{words:,} words of the vendor's own kind 9 were passed over (some cameras pad their data)")
+        if self._at_end and (marks := sum(len(rows) for rows in self._triggers)):
+            counted.append(f"{marks:,} external triggers (bicode decode --triggers lists them)")
+        return [*self._remarks, *counted]
 
     @property
     def triggers(self) -> npt.NDArray[np.void]:
@@ -179,6 +183,7 @@ class Decoder:
 
     def rest(self) -> Events:
         """Return the events that waited for those after them; to be called once, at the end of the file."""
+        self._at_end = True
         return no_events() if self._order is None else self._order.judge(no_events(), final=True)
 
     def note_end(self, rule: int, count: int, place: int = 0) -> None:

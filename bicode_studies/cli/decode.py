@@ -32,6 +32,9 @@ SIGHTING_WIDTHS = {
 }  # fmt: skip
 PACKET_WIDTHS = {"t_us": 12, "track": 5, "id": 5, "checksum_ok": 11}
 LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
+TRIGGER_WIDTHS = {"t_us": 12, "input": 5, "level": 5}
+
+MAX_UART_BITS = 5_000_000  # read at once; a minute at 3125 baud has 187,500
 
 
 @click.command()
@@ -47,6 +50,7 @@ LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
 @click.option(
     "--packets", is_flag=True, help="Write one row per packet, also for packets that cross the border of a period."
 )
+@click.option("--triggers", is_flag=True, help="Write one row per external trigger instead, and look for no marker.")
 @click.option(
     "--receiver",
     type=click.Choice(["paper", "soft"]),
@@ -87,9 +91,19 @@ LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
 )
 @click.option("--focal-px", type=Real(), default=1646.09, show_default=True, help="Focal length [px], for the pose.")
 def decode(
-    file: Path, row_format: str, packets: bool, width: int | None, height: int | None, lenient: bool, **options: Any
+    file: Path,
+    row_format: str,
+    packets: bool,
+    width: int | None,
+    height: int | None,
+    lenient: bool,
+    triggers: bool,
+    **options: Any,
 ) -> None:
-    """Read every marker in FILE: event camera RAW (EVT2, EVT3), DAT, AEDAT4, ES, CSV, HDF5, or npz.
+    """Read every marker in FILE, a recording of an event camera; "-" reads standard input.
+
+    FILE is RAW (EVT2, EVT2.1, EVT3, EVT4), DAT, AEDAT (2, 3.1, 4), ES, CSV, text, HDF5, npz, npy, MATLAB, Parquet or a
+    ROS bag; its content tells which, and docs/formats.md what is read of each.
 
     There is one row per track and period of 33 ms, counted from the first event. A period in which nothing blinks has
     no row. t_us is the time by the recording's own clock; x, y, w and h are a box, counted from the top left [px]; id
@@ -118,12 +132,15 @@ def decode(
         raise ValueError(
             "--rate-hz is for a UART light; give it with --line-code uart, or give a marker's bit rate with --f-id-hz"
         )
-    if file.suffix == ".mat":
-        raise ValueError(f"{file} holds no x and y, so no marker can be found in it; read it with --line-code uart")
     recording = open_recording(file, width=width, height=height, lenient=lenient)
     if recording.size_from == "assumed":
         size = f"{recording.width}x{recording.height}"
         click.echo(f"{file}: does not state its sensor size; {size} px assumed (--width, --height)", err=True)
+    if triggers:
+        for _ in _with_progress_bar(recording):
+            pass
+        _write((_trigger_row(mark) for mark in recording.triggers.tolist()), TRIGGER_WIDTHS, row_format)
+        return
     sightings = recognise(_with_progress_bar(recording), _receiver(options, recording, packets))
     if packets:
         rows: Iterable[Row] = (dataclasses.asdict(row) for row in packet_rows(sightings))
@@ -147,11 +164,22 @@ def _read_letters(
         events = read_beacon(file)
     else:
         events = open_recording(file, width=width, height=height).read()
+    _refuse_long_span(file, events, rate_hz)
     rows = [dataclasses.asdict(letter) for letter in read_uart(events, line)]
     if row_format != "jsonl":
         for row in rows:
             row["letter"] = row["letter"].encode("unicode_escape").decode()
     return rows
+
+
+def _refuse_long_span(file: Path, events: Events, rate_hz: float) -> None:
+    """Raise ValueError where the times span more bits of a UART light than can be held in memory."""
+    span_s = (int(events["t"][-1]) - int(events["t"][0])) / 1e6 if events.size else 0.0
+    if span_s * rate_hz > MAX_UART_BITS:
+        raise ValueError(
+            f"{file}: {events.size:,} events in {span_s:,.0f} s, or {span_s * rate_hz:.2g} bits at {rate_hz:g} Hz; "
+            f"at most {MAX_UART_BITS:,} are read: check the unit of the times, or cut out where the light sends"
+        )
 
 
 def _receiver(options: dict[str, Any], recording: Recording, packets: bool) -> ReceiverSettings | SoftSettings:
@@ -199,10 +227,27 @@ def _refuse_long_packets(packet_format: PacketFormat, periods: int) -> None:
 
 def _with_progress_bar(recording: Recording) -> Iterator[Events]:
     """Yield the recording's chunks, with a progress bar on a terminal if they take longer than two seconds."""
+    said: set[str] = set()
     with tqdm(unit=" events", unit_scale=True, disable=None, delay=2) as bar:
         for chunk in recording.chunks():
+            _say_remarks(recording, said)
             yield chunk
             bar.update(chunk.size)
+    _say_remarks(recording, said)
+
+
+def _say_remarks(recording: Recording, said: set[str]) -> None:
+    """Say what the recording remarks, each line once and as soon as it is known."""
+    for line in recording.remarks:
+        if line not in said:
+            said.add(line)
+            click.echo(f"{recording.path}: {line}", err=True)
+
+
+def _trigger_row(mark: tuple[int, int, int]) -> Row:
+    """Return the row of an external trigger."""
+    level, t_us, number = mark
+    return {"t_us": t_us, "input": number, "level": level}
 
 
 def _write(rows: Iterable[Row], widths: dict[str, int], row_format: str) -> None:

@@ -57,7 +57,8 @@ def find_table(arrays: Mapping[str, tuple[Any, tuple[int, ...]]]) -> Table | Non
     if names := _four_names(list(arrays)):
         return Table(names=names, unit=short_name(names[3])[1])
     for name, (dtype, shape) in arrays.items():
-        if dtype.names and (names := _four_names(list(dtype.names))):
+        fields = [field for field in dtype.names or () if dtype[field].kind in "iubf"]
+        if names := _four_names(fields):
             return Table(names=names, whole=name, unit=short_name(names[3])[1])
         if len(shape) == 2 and shape[1] == 4 and dtype.kind in "iuf":
             return Table(names=None, whole=name)

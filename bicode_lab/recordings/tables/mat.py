@@ -5,16 +5,16 @@ Files of version 7.3 are HDF5 files and are read as such.
 
 from __future__ import annotations
 
+import struct
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder
 from bicode_lab.recordings.formats import Header, RecordingError
 from bicode_lab.recordings.tables.columns import Array, check_kind, check_sizes, find_table, missing_names, read_table
+from bicode_lab.recordings.tables.mat5 import Value, read_mat5
 
 
 def read_mat_header(path: Path) -> Header:
@@ -36,8 +36,9 @@ def read_mat_header(path: Path) -> Header:
         If the file is damaged, or holds no events with x and y.
     """
     variables = _variables(path)
-    structs = {name: _fields(value) for name, value in variables.items() if value.dtype.names}
-    for arrays in (variables, *structs.values()):
+    plain = {name: value for name, value in variables.items() if not isinstance(value, dict)}
+    structs = [_fields(value) for value in variables.values() if isinstance(value, dict)]
+    for arrays in (plain, *structs):
         table = find_table({name: (array.dtype, _long_shape(array)) for name, array in arrays.items()})
         if table:
             break
@@ -52,7 +53,7 @@ def read_mat_header(path: Path) -> Header:
         for name in table.names or ():
             check_kind(path, "array", name, arrays[name].dtype, arrays[name].shape)
         check_sizes(path, "arrays", [arrays[name].size for name in table.names or ()])
-    return Header(format="MAT", size_px=_size(variables), layout=(table, arrays))
+    return Header(format="MAT", size_px=_size(plain), layout=(table, arrays))
 
 
 def read_mat(path: Path, decoder: Decoder) -> Iterator[Events]:
@@ -75,30 +76,24 @@ def read_mat(path: Path, decoder: Decoder) -> Iterator[Events]:
     yield from read_table(decoder, table, len(whole[first]), lambda name, rows: whole[name][rows])
 
 
-def _variables(path: Path) -> dict[str, Array]:
+def _variables(path: Path) -> dict[str, Value]:
     """Return the variables of a MATLAB file by name."""
-    from scipy.io import loadmat
-
     try:
-        loaded = loadmat(path)
-    except Exception as error:  # a damaged file can make scipy raise almost anything
+        return read_mat5(path)
+    except (ValueError, LookupError, MemoryError, struct.error, zlib.error) as error:
         words = " ".join(str(error).split())[:100]
         raise RecordingError(f"{path}: damaged or cut short ({words}); write or copy it again") from None
-    return {name: np.asarray(value) for name, value in loaded.items() if not name.startswith("__")}
 
 
-def _fields(struct: Array) -> dict[str, Array]:
-    """Return the fields of a struct of one element, and of structs inside it."""
-    fields: dict[str, Array] = {}
-    if struct.size != 1:
-        return fields
-    for name in struct.dtype.names or ():
-        value: Any = np.asarray(struct.ravel()[0][name])
-        if value.dtype.names:
-            fields.update({inner: array for inner, array in _fields(value).items() if inner not in fields})
+def _fields(fields: dict[str, Value]) -> dict[str, Array]:
+    """Return the fields of a struct that are arrays, and those of structs inside it."""
+    found: dict[str, Array] = {}
+    for name, value in fields.items():
+        if isinstance(value, dict):
+            found = {**_fields(value), **found}
         else:
-            fields[name] = value
-    return fields
+            found[name] = value
+    return found
 
 
 def _long_shape(array: Array) -> tuple[int, ...]:
