@@ -225,6 +225,7 @@ def raise_first_offence(path: Path, state: Ints, tally: Ints, place_unit: str) -
         Y: (f"y outside the {height} px high sensor", f"y = {value}", size),
         P: ("a polarity that is neither 0 nor 1", f"p = {value}", "store OFF as 0 and ON as 1"),
         BACKWARDS: ("a time before the event ahead of it", f"{value:,} us back", "sort the events by time"),
+        MISTIMED: ("a time far from those before and after it", f"t = {value}", "copy it again"),
         NUMBER: ("a value that is no whole number", f"in {'xypt'[value % 4]}", "export the file again"),
     }[rule]
     message = f"{count:,} of {n:,} events have {what}; the first is number {event:,}{where} ({found}); {way_out}"

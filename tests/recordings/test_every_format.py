@@ -44,8 +44,8 @@ def test_the_events_come_back(tmp_path, name):
 @pytest.mark.parametrize("name", [name for name in FILES if name not in NO_TIMES_OF_THEIR_OWN])
 @pytest.mark.parametrize("far_us", [10_000_000, 3_600_000_000, 1 << 31])
 def test_one_time_far_ahead_costs_one_event(tmp_path, name, far_us, monkeypatch):
-    if name == "davis.aedat" and far_us > 1 << 31:
-        pytest.skip("its clock has 32 bits")
+    if name == "davis31.aedat" and far_us >= 1 << 31:
+        pytest.skip("31 bits of its times stand beside an event, the others only in the head of a packet")
     events = scattered()
     damaged = events.copy()
     damaged["t"][160] += far_us

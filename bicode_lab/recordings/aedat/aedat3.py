@@ -104,7 +104,7 @@ def read_aedat3(path: Path, decoder: Decoder) -> Iterator[Events]:
             data = file.read(min(n * size, total - at))
             if len(data) < n * size:
                 _refuse(decoder, CUT, f"cut short in the packet at byte {at - _HEAD.size}", at, len(data) % size or 1)
-            file.seek((room - n) * size, 1)
+            file.seek(min(at + room * size, total))
             if kind in (_SPECIAL, _POLARITY):
                 rows = np.frombuffer(data, "u1", count=len(data) // size * size).reshape(-1, size)
                 word = rows[:, :4].copy().view("<u4").ravel().astype(np.int64)

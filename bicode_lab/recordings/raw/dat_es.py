@@ -14,7 +14,6 @@ from bicode_lab.recordings.validate import (
     HEIGHT,
     HIGH,
     KEPT,
-    LENIENT,
     LOW,
     MISTIMED,
     ZEROS,
@@ -81,7 +80,7 @@ def decode_dat(words: Ints, place: int, final: bool, state: Ints, tally: Ints, o
         if word == 0 and (state[ZEROS] or (i + 1 < words.size and words[i + 1] == 0)):
             count_offence(tally, BLANK, state[EVENTS], place + 8 * i, 0)
             state[EVENTS] += 1
-        elif state[LENIENT] and _is_far_off(words, i, state):
+        elif _is_far_off(words, i, state):
             count_offence(tally, MISTIMED, state[EVENTS], place + 8 * i, low)
             state[EVENTS] += 1
         else:
