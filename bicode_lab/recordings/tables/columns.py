@@ -209,7 +209,8 @@ def in_us(columns: Columns, unit: str, offset_us: int = 0) -> Columns:
         if unit == "ns" and t.dtype.kind in "iu":
             t = np.asarray(t) // 1000
         else:
-            t = t.astype(np.float64) * US_OF[unit]
+            with np.errstate(over="ignore", invalid="ignore"):  # what is too large is no number, and is told
+                t = t.astype(np.float64) * US_OF[unit]
     if offset_us and t.dtype.kind == "f":
         t = t.astype(np.float64) + offset_us
     elif offset_us:

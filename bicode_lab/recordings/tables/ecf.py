@@ -110,15 +110,15 @@ def _fill_columns(data: Ints, at: Int, x: Ints) -> Int:
 @njit(cache=True)
 def _fill_packed(data: Ints, at: Int, size: int, values: Ints) -> Int:
     """Fill in values of 3/4 of a word of `size` bytes each, four in three words; return as above."""
-    part = 2 * size  # bits of a quarter of a word
+    part = 2 * size  # a quarter of the bits of a word
     for i in range(0, values.size, 4):
         if at + 3 * size > data.size:
             return np.int64(-1)
         a, b, c = _word(data, at, size), _word(data, at + size, size), _word(data, at + 2 * size, size)
         at += 3 * size
-        lower = (1 << part) - 1
-        four = (a >> part, (a & lower) << 2 * part | b >> 2 * part, (b & (1 << 2 * part) - 1) << part | c >> 3 * part,
-                c & (1 << 3 * part) - 1)  # fmt: skip
+        second = (a & ((1 << part) - 1)) | (b >> 2 * part) << part
+        third = (b & ((1 << 2 * part) - 1)) | (c >> 3 * part) << 2 * part
+        four = (a >> part, second, third, c & ((1 << 3 * part) - 1))
         for k in range(min(4, values.size - i)):
             values[i + k] = four[k]
     return at

@@ -122,7 +122,7 @@ def layout_of_numbers(lines: list[str], first_line: int) -> TextLayout | None:
     separator = separator_of(lines[0])
     rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
     rows = [row for row in rows if len(row) == 4 and all(is_number(cell) for cell in row)]
-    if not rows or len(rows) < 0.9 * len(lines):
+    if not rows or 2 * len(rows) < len(lines):
         return None
     columns = list(zip(*rows, strict=True))
     order = order_of([[float(cell) for cell in column] for column in columns])
@@ -135,7 +135,8 @@ def layout_of_numbers(lines: list[str], first_line: int) -> TextLayout | None:
 def order_of(columns: list[list[float]]) -> tuple[int, int, int, int] | None:
     """Return which of four columns without names hold x, y, p and t; None where they do not tell it.
 
-    Known orders are t x y p, x y p t and x y t p. Where several fit, the one is taken whose time runs furthest.
+    Known orders are t x y p, x y p t and x y t p. The one that fits best is taken; of equal ones, that whose time runs
+    furthest.
 
     Parameters
     ----------
@@ -150,10 +151,11 @@ def order_of(columns: list[list[float]]) -> tuple[int, int, int, int] | None:
     fitting = []
     for x, y, p, t in ((1, 2, 3, 0), (0, 1, 2, 3), (0, 1, 3, 2)):
         times, places = columns[t], columns[x] + columns[y]
-        steps_back = sum(later < earlier for earlier, later in pairwise(times))
-        is_polarity = set(columns[p]) <= {-1.0, 0.0, 1.0}
-        if is_polarity and 10 * steps_back <= len(times) and all(place == int(place) for place in places):
-            fitting.append((steps_back, -(max(times) - min(times)), (x, y, p, t)))
+        offences = sum(later < earlier for earlier, later in pairwise(times))
+        offences += sum(value not in (-1, 0, 1) for value in columns[p])
+        offences += sum(place != int(place) for place in places)
+        if offences <= max(1, len(times) // 10):  # some of the events may be damaged
+            fitting.append((offences, min(times) - max(times), (x, y, p, t)))
     return min(fitting)[2] if fitting else None
 
 
