@@ -94,3 +94,29 @@ def frame_contexts(line: LineCode, memory: int) -> npt.NDArray[np.int32] | None:
         return None
     levels = frames.astype(np.int32)
     return sum((np.roll(levels, back + 1 - memory, axis=1) << back for back in range(memory)), np.zeros_like(levels))
+
+
+@cache
+def build_free_nodes(memory: int) -> Nodes:
+    """Build the nodes of a light that may have any level in any chip.
+
+    Parameters
+    ----------
+    memory : int
+        Number of chips in a context.
+
+    Returns
+    -------
+    Nodes
+        One for each context; place -1.
+
+    Examples
+    --------
+    >>> build_free_nodes(2).before[:, :2].tolist()
+    [[0, 2], [0, 2], [1, 3], [1, 3]]
+    """
+    contexts = np.arange(1 << memory, dtype=np.int32)
+    before = np.full((contexts.size, 4), -1, np.int32)
+    before[:, 0] = contexts >> 1
+    before[:, 1] = contexts >> 1 | 1 << memory - 1
+    return Nodes(contexts, before, np.full(contexts.size, -1, np.int32))

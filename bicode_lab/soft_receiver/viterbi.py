@@ -15,6 +15,8 @@ from bicode_lab.soft_receiver.nodes import Nodes
 
 Floats = npt.NDArray[np.float64]
 IMPOSSIBLE = -1e300
+BLOCK_CHIPS = 16_384  # the sums of one block of a few hundred nodes take some 40 MB
+OVERLAP_CHIPS = 256  # paths of all ends have met within some frames
 
 
 def best_path(scores: Floats, nodes: Nodes, first_place: int | None = None) -> tuple[npt.NDArray[np.int32], Floats]:
@@ -49,6 +51,57 @@ def best_path(scores: Floats, nodes: Nodes, first_place: int | None = None) -> t
     margins = np.abs(best_on - best_off)
     margins[margins > -IMPOSSIBLE / 2] = np.inf
     return path, margins
+
+
+def likeliest_path(scores: Floats, nodes: Nodes) -> npt.NDArray[np.int32]:
+    """Find the most likely path, block by block, without its margins.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (n, contexts)
+        Log-likelihood of each chip under each context.
+    nodes : Nodes
+        The nodes of the line code, see `nodes.build_nodes`.
+
+    Returns
+    -------
+    ndarray of int32, shape (n,)
+        Node of each chip.
+    """
+    path = np.empty(len(scores), np.int32)
+    for begin, end, low, high in _blocks(len(scores)):
+        forward = _forward(scores[low:high], nodes.context, nodes.before, np.zeros(nodes.context.size))
+        path[begin:end] = _trace(forward, nodes.before)[begin - low : end - low]
+    return path
+
+
+def likeliest_path_with_margins(scores: Floats, nodes: Nodes) -> tuple[npt.NDArray[np.int32], Floats]:
+    """Find the most likely path and the margins of its chips as `best_path` does, block by block.
+
+    Parameters
+    ----------
+    scores : ndarray, shape (n, contexts)
+        Log-likelihood of each chip under each context.
+    nodes : Nodes
+        The nodes of the line code, see `nodes.build_nodes`.
+
+    Returns
+    -------
+    path : ndarray of int32, shape (n,)
+    margins : ndarray, shape (n,)
+    """
+    path, margins = np.empty(len(scores), np.int32), np.empty(len(scores))
+    for begin, end, low, high in _blocks(len(scores)):
+        part, part_margins = best_path(scores[low:high], nodes)
+        path[begin:end], margins[begin:end] = part[begin - low : end - low], part_margins[begin - low : end - low]
+    return path, margins
+
+
+def _blocks(n: int) -> list[tuple[int, int, int, int]]:
+    """List the blocks of `BLOCK_CHIPS`: begin and end, and the same with the overlap on both sides."""
+    begins = range(0, n, BLOCK_CHIPS)
+    ends = [min(begin + BLOCK_CHIPS, n) for begin in begins]
+    return [(b, e, max(b - OVERLAP_CHIPS, 0), min(e + OVERLAP_CHIPS, n)) for b, e in zip(begins, ends, strict=True)]
 
 
 def path_score(scores: Floats, context: npt.NDArray[np.int32]) -> float:

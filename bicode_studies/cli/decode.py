@@ -18,7 +18,7 @@ from bicode_lab.events import Events
 from bicode_lab.marker import PacketFormat
 from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise, settings_for
 from bicode_lab.recordings import Recording, open_recording
-from bicode_lab.soft_receiver import SoftSettings, UartLine, read_uart
+from bicode_lab.soft_receiver import SoftSettings, UartLine, read_text
 from bicode_studies.cli.options import Number, Real
 from bicode_studies.real_light.beacon_files import read_beacon
 
@@ -31,7 +31,7 @@ SIGHTING_WIDTHS = {
     "n_packets": 9, "marker_2d_id": 12, "rvec": 26, "tvec": 26,
 }  # fmt: skip
 PACKET_WIDTHS = {"t_us": 12, "track": 5, "id": 5, "checksum_ok": 11}
-LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9}
+LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9, "sure": 6}
 TRIGGER_WIDTHS = {"t_us": 12, "input": 5, "level": 5}
 
 MAX_UART_BITS = 5_000_000  # read at once; a minute at 3125 baud has 187,500
@@ -165,7 +165,10 @@ def _read_letters(
     else:
         events = open_recording(file, width=width, height=height).read()
     _refuse_long_span(file, events, rate_hz)
-    rows = [dataclasses.asdict(letter) for letter in read_uart(events, line)]
+    reading = read_text(events, line)
+    if reading.warning:
+        click.echo(f"{file}: {reading.warning}", err=True)
+    rows = [dataclasses.asdict(letter) for letter in reading.characters]
     if row_format != "jsonl":
         for row in rows:
             row["letter"] = row["letter"].encode("unicode_escape").decode()
