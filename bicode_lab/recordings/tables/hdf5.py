@@ -21,7 +21,7 @@ from bicode_lab.recordings.decode import Decoder
 from bicode_lab.recordings.formats import Header, RecordingError
 from bicode_lab.recordings.tables.columns import Array, Table, check_kind, check_sizes, read_table
 from bicode_lab.recordings.tables.ecf import read_ecf_rows
-from bicode_lab.recordings.tables.hdf5_layout import Place, check_filters, find_place, is_ecf
+from bicode_lab.recordings.tables.hdf5_layout import Place, check_filters, check_stored, find_place, is_ecf
 
 _CHUNK_EVENTS = 1 << 16
 _COLUMNS = {"x": "<u2", "y": "<u2", "p": "u1", "t": "<i8"}
@@ -88,6 +88,7 @@ def read_hdf5_header(path: Path) -> Header:
         group = file[place.group]
         for name in place.data_sets:
             check_filters(path, group[name])
+            check_stored(path, group[name])
         if not place.table.whole:
             for name in place.table.names or ():
                 check_kind(path, "column", name, group[name].dtype, group[name].shape)

@@ -15,6 +15,7 @@ import numpy as np
 from bicode_lab.recordings.formats import RecordingError
 from bicode_lab.recordings.tables.columns import Table, find_table, missing_names
 from bicode_lab.recordings.tables.ecf import ECF_FILTER
+from bicode_lab.recordings.tables.hdf5_heap import heap_texts
 
 _KNOWN_FILTERS = {
     32000: "LZF", 32001: "Blosc", 32004: "LZ4", 32008: "bitshuffle", 32013: "ZFP", 32015: "Zstd", 32026: "Blosc2",
@@ -96,7 +97,9 @@ def _offset_us(path: Path, file: Any, group: str) -> int:
     parts = group.split("/") if group else []
     for depth in range(len(parts), -1, -1):
         here = file["/".join(parts[:depth]) or "/"]
-        for value in (here.get("t_offset"), here.attrs.get("t_offset")):
+        data_set = here.get("t_offset")
+        stated = data_set if isinstance(data_set, h5py.Dataset) and data_set.dtype.kind != "O" else None
+        for value in (stated, _value(here.attrs, "t_offset")):
             if value is None:
                 continue
             offset = np.asarray(value)
@@ -109,19 +112,35 @@ def _offset_us(path: Path, file: Any, group: str) -> int:
 def _size(path: Path, file: Any, group: Any) -> tuple[int, int] | None:
     """Return the sensor size that attributes of the group or of the file state; None where they do not."""
     for attributes in (group.attrs, file.attrs):
-        width, height = (attributes.get(side) for side in ("width", "height"))
+        width, height = (_value(attributes, side) for side in ("width", "height"))
         if width is not None and height is not None:
             if not all(isinstance(side, np.integer) for side in (width, height)):
                 raise RecordingError(f"{path}: width and height are not whole numbers; store one integer each [px]")
             return int(width), int(height)
-        geometry = attributes.get("geometry", b"")
-        geometry = geometry.decode("utf-8", "replace") if isinstance(geometry, bytes) else str(geometry)
-        if sides := re.fullmatch(r"(\d{1,6})\s*x\s*(\d{1,6})", geometry):
+        if sides := re.fullmatch(r"(\d{1,6})\s*x\s*(\d{1,6})", _text(path, attributes, "geometry")):
             return int(sides[1]), int(sides[2])
-        resolution = np.asarray(attributes.get("sensor_resolution", ()))
+        resolution = np.asarray(_value(attributes, "sensor_resolution"))
         if resolution.shape == (2,) and resolution.dtype.kind in "iu":  # written as height, width and as width, height
             return int(resolution.max()), int(resolution.min())
     return None
+
+
+def _value(attributes: Any, name: str) -> Any:
+    """Return the value of an attribute; None where it is missing, and its type where it has a variable length."""
+    if name not in attributes:
+        return None
+    kind = attributes.get_id(name).dtype
+    return attributes[name] if kind.kind != "O" else kind
+
+
+def _text(path: Path, attributes: Any, name: str) -> str:
+    """Return an attribute that is a text; empty where it is missing, or another kind of value."""
+    if name not in attributes or (kind := h5py.check_string_dtype(attributes.get_id(name).dtype)) is None:
+        return ""
+    if kind.length is None:
+        return next((text for text in heap_texts(path) if re.fullmatch(r"\d+\s*x\s*\d+", text)), "")
+    value = attributes[name]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
 def _triggers(file: Any) -> str:
@@ -141,6 +160,29 @@ def _filters(data_set: Any) -> list[int]:
     """Return the numbers of the filters of a data set."""
     settings = data_set.id.get_create_plist()
     return [settings.get_filter(k)[0] for k in range(settings.get_nfilters())]
+
+
+def check_stored(path: Path, data_set: Any) -> None:
+    """Raise RecordingError where a data set announces more events than the file stores; HDF5 would read zeros.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    data_set : h5py.Dataset
+    """
+    if data_set.is_virtual or data_set.external or not data_set.shape:
+        return
+    if data_set.chunks:
+        stored = data_set.id.get_num_chunks() * data_set.chunks[0]
+    else:
+        row_bytes = data_set.dtype.itemsize * int(np.prod(data_set.shape[1:], dtype=object))
+        stored = data_set.id.get_storage_size() // max(row_bytes, 1)
+    if stored < data_set.shape[0]:
+        raise RecordingError(
+            f"{path}: damaged or cut short ({data_set.name} announces {data_set.shape[0]:,} events, stores {stored:,} "
+            "at most); write or copy it again"
+        )
 
 
 def check_filters(path: Path, data_set: Any) -> None:

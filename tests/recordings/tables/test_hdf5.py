@@ -133,3 +133,19 @@ def test_links_that_lead_nowhere_or_in_circles_are_passed_over(tmp_path):
         file["events/again"] = file["/"]
         file["nowhere"] = h5py.SoftLink("/none")
     assert opened(tmp_path / "a.h5").read().size == EVENTS.size
+
+
+@pytest.mark.parametrize("chunks", [(50,), None])
+def test_more_events_announced_than_stored(tmp_path, chunks):
+    """HDF5 would read zeros for what is missing, for hours if a damaged size is large."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name in "xypt":
+            maximum = (None,) if chunks else None
+            column = file.create_dataset(f"events/{name}", (100,), "u4", chunks=chunks, maxshape=maximum)
+            if chunks:
+                column[:] = 1
+                column.resize(1 << 40, axis=0)
+    with pytest.raises(
+        RecordingError, match=r"damaged or cut short \(/events/x announces [\d,]+ events, stores \d+ at"
+    ):
+        opened(tmp_path / "a.h5")
