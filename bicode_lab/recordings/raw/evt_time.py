@@ -106,7 +106,7 @@ def check_time_low(words: Ints, i: int, high: Int, low: Int, final: bool) -> int
     pending: Int = -1
     for j in range(i + 1, words.size):
         kind, other = words[j] >> 12, words[j] & 0xFFF
-        if kind == 2 or kind == 4 or kind == 5:
+        if kind == 2 or kind == 4 or kind == 5 or kind == 10:  # an event, or an external trigger
             has_events = True
             if pending < 0:
                 continue

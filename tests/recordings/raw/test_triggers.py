@@ -28,6 +28,7 @@ def test_evt3(tmp_path):
     )
     assert found == [(4112, 1, 1), (4113, 15, 0), (4113, 0, 1)]
     assert n_events == 1
+    assert triggers_of(tmp_path / "a.raw", lenient=True)[0] == found, "a time word of a trigger alone is used, too"
     assert remarks == ["3 external triggers (bicode decode --triggers lists them)"]
 
 
