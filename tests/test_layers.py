@@ -54,6 +54,7 @@ KNOWS: dict[str, dict[str, set[str]]] = {
         "predictions": {"sweep", "trial", "paper_experiments", "calibration", "claims"},
         "what_if": BASE | {"score", "trial", "plots", "link_budget", "notebook"},  # its page is a notebook
         "bench": BASE | {"sweep", "paper_experiments", "plots", "notebook"},  # it times whole runs
+        "inspect": BASE,
         "own_recording": BASE | {"plots", "notebook"},
         "real_light": BASE | {"plots"},
     },

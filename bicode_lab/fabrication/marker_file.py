@@ -38,7 +38,7 @@ def marker_text(marker: Marker) -> str:
     >>> print(marker_text(Marker(payload=37)).splitlines()[1])
     payload = 37
     """
-    tables = {"board": marker.board, "packet": marker.packet_format}
+    tables: dict[str, Any] = {"board": marker.board, "packet": marker.packet_format}
     lines = [f"{name} = {_value(getattr(marker, name))}" for name in OWN]
     for title, part in tables.items():
         lines += ["", f"[{title}]"]
@@ -81,7 +81,7 @@ def read_marker(path: str | os.PathLike[str]) -> Marker:
         raise ValueError(f"{file}: {error}") from None
 
 
-def _checked(given: Any, example: Marker | Board | PacketFormat, where: str) -> dict[str, Any]:
+def _checked(given: Any, example: Any, where: str) -> dict[str, Any]:
     """Return the values of a table, after checking that each has a known name and the type of the example's."""
     if not isinstance(given, dict):
         raise ValueError(f"{where} is {given!r} and not a table; write {where} on a line of its own")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
-import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +15,27 @@ import click
 from tqdm import tqdm
 
 from bicode_lab.events import Events
-from bicode_lab.marker import PacketFormat
-from bicode_lab.recognition import ReceiverSettings, packet_rows, recognise, settings_for
+from bicode_lab.recognition import Sighting, packet_rows, recognise
+from bicode_lab.recognition.sighting import COLUMNS as SIGHTING_COLUMNS
 from bicode_lab.recordings import Recording, open_recording
-from bicode_lab.soft_receiver import SoftSettings, UartLine, read_text
+from bicode_lab.soft_receiver import UartLine, read_text
+from bicode_studies.cli.helpers.kernel_files import say_if_compiling
+from bicode_studies.cli.helpers.marker_options import board_options, marker_option, packet_options
+from bicode_studies.cli.helpers.pose_columns import COLUMNS as POSE_COLUMNS
+from bicode_studies.cli.helpers.pose_columns import PoseColumns
+from bicode_studies.cli.helpers.reading import CAMERA_HELP, RECEIVERS, Request, request_of, time_options
 from bicode_studies.cli.options import Number, Real
+from bicode_studies.inspect.answer import Answer
+from bicode_studies.inspect.other_settings import find_settings
 from bicode_studies.real_light.beacon_files import read_beacon
 
 Row = dict[str, Any]
 
-PERIOD_US, FRAME_2D_US = 33_000, 13_200  # the paper's values (III-B), for any bit rate of the marker
-
-SIGHTING_WIDTHS = {
-    "t_us": 12, "track": 5, "x": 5, "y": 5, "w": 4, "h": 4, "id": 5, "reason": 10,
-    "n_packets": 9, "marker_2d_id": 12, "rvec": 26, "tvec": 26,
+TABLE_WIDTHS = {
+    "t_us": 12, "track": 5, "x": 5, "y": 5, "w": 4, "h": 4, "id": 5, "reason": 10, "n_packets": 9, "marker_2d_id": 12,
+    "x_m": 8, "y_m": 8, "z_m": 8, "roll_deg": 9, "pitch_deg": 9, "yaw_deg": 9,
 }  # fmt: skip
+SIGHTING_WIDTHS = dict.fromkeys((*SIGHTING_COLUMNS, *POSE_COLUMNS), 0)
 PACKET_WIDTHS = {"t_us": 12, "track": 5, "id": 5, "checksum_ok": 11}
 LETTER_WIDTHS = {"t_us": 12, "letter": 6, "parity_ok": 9, "sure": 6}
 TRIGGER_WIDTHS = {"t_us": 12, "input": 5, "level": 5}
@@ -53,11 +59,18 @@ MAX_UART_BITS = 5_000_000  # read at once; a minute at 3125 baud has 187,500
 @click.option("--triggers", is_flag=True, help="Write one row per external trigger instead, and look for no marker.")
 @click.option(
     "--receiver",
-    type=click.Choice(["paper", "soft"]),
+    type=click.Choice(list(RECEIVERS)),
     default="paper",
     show_default=True,
     help="The paper's receiver, or the soft receiver, which combines the evidence of one second of a track (no poses).",
 )
+@marker_option
+@packet_options(auto=True)
+@board_options(aruco_id=False)
+@click.option("--size-m", type=Real(), help="Side of the ArUco pattern [m], for the pose.  [default: 0.05]")
+@click.option("--camera", type=click.Path(dir_okay=False, path_type=Path), help=CAMERA_HELP)
+@click.option("--focal-px", type=Real(), help="Focal length [px], for the pose.  [default: 1646.09]")
+@time_options
 @click.option(
     "--line-code",
     type=click.Choice(["bicode", "uart"]),
@@ -66,30 +79,11 @@ MAX_UART_BITS = 5_000_000  # read at once; a minute at 3125 baud has 187,500
     help="Line code of the light.",
 )
 @click.option("--rate-hz", type=Real(), help="Baud rate of a UART light [Hz].")
-@click.option(
-    "--manchester",
-    type=click.Choice(["ieee", "thomas", "auto"]),
-    default="ieee",
-    show_default=True,
-    help="Convention of the Manchester code; auto tries both.",
-)
-@click.option(
-    "--checksum", type=click.Choice(["sum", "crc3"]), default="sum", show_default=True, help="Kind of the checksum."
-)
-@click.option("--payload-bits", type=Number(), default=8, show_default=True, help="Bits of the payload.")
-@click.option("--f-id-hz", type=Real(), default=1000.0, show_default=True, help="Bit rate of the marker [Hz].")
-@click.option(
-    "--delta-t-id-us",
-    type=Number(),
-    help="Length of a bin of the LED state [us]; by default half a chip, 250 us at 1 kHz.",
-)
 @click.option("--width", type=Number(), help="Sensor width [px], if the file does not state it.")
 @click.option("--height", type=Number(), help="Sensor height [px], if the file does not state it.")
 @click.option("--lenient", is_flag=True, help="Read the good events of a damaged file, and report what was dropped.")
-@click.option(
-    "--size-m", type=Real(), default=0.05, show_default=True, help="Side of the ArUco pattern [m], for the pose."
-)
-@click.option("--focal-px", type=Real(), default=1646.09, show_default=True, help="Focal length [px], for the pose.")
+@click.option("--find", is_flag=True, help="Try other settings on the first seconds, and say which would read it.")
+@click.option("--quiet", is_flag=True, help="Write no answer in words to standard error.")
 def decode(
     file: Path,
     row_format: str,
@@ -98,6 +92,8 @@ def decode(
     height: int | None,
     lenient: bool,
     triggers: bool,
+    find: bool,
+    quiet: bool,
     **options: Any,
 ) -> None:
     """Read every marker in FILE, a recording of an event camera; "-" reads standard input.
@@ -117,7 +113,11 @@ def decode(
     checksum    the bits were read, but the checksum is wrong
     conflict    two valid packets have different IDs
 
-    rvec [rad] and tvec [m] are the pose of the 2D marker in camera axes: x right, y down, z forward.
+    x_m, y_m and z_m are the place of the 2D marker: right, down and ahead of the camera. roll_deg turns it in its
+    plane, counter-clockwise as the camera sees it, pitch_deg and yaw_deg out of it; 0 is upright and facing. jsonl and
+    csv have rvec [rad] and tvec [m] in camera axes, too, and the quaternion qw qx qy qz, whose sign stays.
+
+    The answer in words goes to standard error: which markers, from where to where, or why there is none.
 
     With --line-code uart, FILE is one light that sends letters (start bit 0, 7 bits, even parity, two stop bits; on
     is 1), such as the .mat file of a public beacon. Then there is one row per letter. Letters are read by the soft
@@ -126,7 +126,9 @@ def decode(
     if options.pop("line_code") == "uart":
         if packets:
             raise ValueError("--packets is for Bicode's packets; with --line-code uart a row is a letter, leave it out")
-        _write(_read_letters(file, options["rate_hz"], width, height, row_format), LETTER_WIDTHS, row_format)
+        letters = _read_letters(file, options["rate_hz"], width, height, row_format)
+        _write(letters, LETTER_WIDTHS, row_format)
+        _say([_answer_of_letters(letters)], quiet)
         return
     if options["rate_hz"] is not None:
         raise ValueError(
@@ -141,16 +143,56 @@ def decode(
             pass
         _write((_trigger_row(mark) for mark in recording.triggers.tolist()), TRIGGER_WIDTHS, row_format)
         return
-    sightings = recognise(_with_progress_bar(recording), _receiver(options, recording, packets))
-    if packets:
-        rows: Iterable[Row] = (dataclasses.asdict(row) for row in packet_rows(sightings))
-        widths = PACKET_WIDTHS
+    request = request_of(options, recording.width, recording.height, periods=2 if packets else 1)
+    say_if_compiling()
+    if find:
+        _say(find_settings(_with_progress_bar(recording), request.settings), quiet=False)
     else:
-        rows, widths = (sighting.row() for sighting in sightings), SIGHTING_WIDTHS
-    _write(rows, widths, row_format)
+        _read_markers(recording, request, packets, row_format, quiet)
+
+
+def _read_markers(recording: Recording, request: Request, packets: bool, row_format: str, quiet: bool) -> None:
+    """Write a row for each sighting, or for each packet, and the answer in words."""
+    _say([request.remark] if request.remark else [], quiet)
+    answer = Answer(request.settings, None if quiet else partial(click.echo, err=True))
+    events = answer.events(_with_progress_bar(recording))
+    sightings = answer.sightings(map(request.corrected, recognise(events, request.receiver)))
+    if packets:
+        _write((dataclasses.asdict(row) for row in packet_rows(sightings)), PACKET_WIDTHS, row_format)
+    else:
+        columns = TABLE_WIDTHS if row_format == "table" else SIGHTING_WIDTHS
+        _write(_rows(sightings), columns, row_format)
     if recording.dropped:
         counts = ", ".join(f"{count:,} {cause}" for cause, count in recording.dropped.items())
-        click.echo(f"{file}: dropped {counts}", err=True)
+        click.echo(f"{recording.path}: dropped {counts}", err=True)
+    _say(answer.lines(), quiet)
+    if not answer.ids and answer.reasons and not quiet:
+        _say(find_settings(answer.begin, request.settings), quiet)
+        _say(["bicode inspect says whether the recording itself is sound"], quiet)
+
+
+def _answer_of_letters(letters: list[Row]) -> str:
+    """Return how many letters were read, in words."""
+    if not letters:
+        return "no letter: the light sends none at this rate; check --rate-hz"
+    right = sum(bool(row["parity_ok"]) for row in letters)
+    seconds = (letters[-1]["t_us"] - letters[0]["t_us"]) * 1e-6
+    return f"{len(letters)} letters in {seconds:.3f} s, {right} of them with the right parity"
+
+
+def _rows(sightings: Iterable[Sighting]) -> Iterator[Row]:
+    """Yield a row for each sighting: its own columns and those of its pose."""
+    pose = PoseColumns()
+    for sighting in sightings:
+        yield {**sighting.row(), **pose(sighting)}
+
+
+def _say(lines: Iterable[str], quiet: bool) -> None:
+    """Write lines to standard error, after what standard output has got so far."""
+    if not quiet:
+        sys.stdout.flush()
+        for line in lines:
+            click.echo(line, err=True)
 
 
 def _read_letters(
@@ -182,49 +224,6 @@ def _refuse_long_span(file: Path, events: Events, rate_hz: float) -> None:
         raise ValueError(
             f"{file}: {events.size:,} events in {span_s:,.0f} s, or {span_s * rate_hz:.2g} bits at {rate_hz:g} Hz; "
             f"at most {MAX_UART_BITS:,} are read: check the unit of the times, or cut out where the light sends"
-        )
-
-
-def _receiver(options: dict[str, Any], recording: Recording, packets: bool) -> ReceiverSettings | SoftSettings:
-    """Return the settings of the receiver that was asked for, after checking that it can read such packets."""
-    settings = _settings(options, recording)
-    if options["receiver"] == "soft":
-        return SoftSettings(receiver=settings)
-    _refuse_long_packets(settings.packet_format, periods=2 if packets else 1)
-    return settings
-
-
-def _settings(options: dict[str, Any], recording: Recording) -> ReceiverSettings:
-    """Return the receiver settings that the options of the command line describe."""
-    convention = options["manchester"]
-    packet_format = PacketFormat(
-        payload_bits=options["payload_bits"],
-        checksum=options["checksum"],
-        f_id_hz=options["f_id_hz"],
-        manchester="ieee" if convention == "auto" else convention,
-    )
-    times = {} if options["delta_t_id_us"] is None else {"delta_t_id_us": options["delta_t_id_us"]}
-    return settings_for(
-        packet_format,
-        manchester=convention,
-        width=recording.width,
-        height=recording.height,
-        delta_t_whole_us=PERIOD_US,
-        delta_t_2d_us=FRAME_2D_US,
-        pattern_size_m=options["size_m"],
-        focal_px=options["focal_px"],
-        **times,
-    )
-
-
-def _refuse_long_packets(packet_format: PacketFormat, periods: int) -> None:
-    """Raise ValueError if a packet is too long to lie in `periods` periods; the paper's receiver cannot read it."""
-    longest_us = periods * PERIOD_US
-    if packet_format.packet_us > longest_us:
-        least_hz = math.ceil(packet_format.f_id_hz * packet_format.packet_us / longest_us)
-        raise ValueError(
-            f"a packet of {packet_format.packet_us / 1000:g} ms (f_id_hz={packet_format.f_id_hz:g}) is never whole in "
-            f"{longest_us / 1000:g} ms and cannot be read; choose --f-id-hz {least_hz} or more, or --receiver soft"
         )
 
 
@@ -277,4 +276,6 @@ def _cell(value: Any, between: str, missing: str = "") -> str:
         return missing
     if isinstance(value, tuple):
         return between.join(show(v) for v in value)
+    if isinstance(value, float):
+        return show(value)
     return str(value)

@@ -23,6 +23,7 @@ COMMANDS = {
     # name: (module of bicode_studies.cli, function in it, what it does)
     "simulate": ("simulate", "simulate", "Simulate a blinking marker: write its events and the ground truth."),
     "decode": ("decode", "decode", "Read IDs and poses from a recording of an event camera."),
+    "inspect": ("helpers.inspect", "inspect", "Say whether a recording is sound, and what to change on the camera."),
     "marker": ("marker", "marker", "Write what it takes to build a marker: sheets, parts, transmitter."),
     "run": ("run", "run", "Run one notebook with other parameters."),
     "figures": ("run", "figures", "Run all notebooks and write all figures."),
