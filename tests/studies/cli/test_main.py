@@ -1,5 +1,6 @@
 """The command line ends with the right exit code, and explains every misuse in one line with the nearest name."""
 
+import importlib
 import subprocess
 import sys
 import types
@@ -125,6 +126,7 @@ def test_a_reader_that_has_seen_enough_is_no_error(words):
 
 
 def test_kernels_without_a_compiler_are_refused_in_one_line(call, monkeypatch):
+    importlib.import_module("bicode_studies.cli.decode")  # numba looks at the environment when it is imported
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     code, _, err = call("decode", "any.raw")
     assert (code, err.count("\n")) == (2, 1)
