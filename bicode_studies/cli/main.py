@@ -33,6 +33,11 @@ COMMANDS = {
     "calibrate": ("calibrate", "calibrate_command", "Find the constants that agree with Fig. 8 and with measurements."),
     "stress": ("stress", "stress", "Measure the accuracy of all receivers on degraded recordings."),
     "false-ids": ("false_ids", "false_ids", "Count the IDs that are read although no marker is in view."),
+    "compare-receivers": (
+        "comparisons.compare_receivers",
+        "compare_receivers",
+        "Let three receivers read the same recordings and compare them.",
+    ),
     "what-if": ("what_if", "what_if", "Open a page with sliders for rates, distances and times."),
     "bench": ("bench", "bench", "Measure the speed of simulation and receivers on this machine."),
     "doctor": ("doctor", "doctor", "Check that all that is needed is installed and works."),

@@ -6,7 +6,7 @@ import os
 import signal
 import time
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +68,32 @@ def count_periods(condition: Any, seed: int) -> list[dict[str, Any]]:
         {**shared, "receiver": receiver, "periods": 15, "right": right, "wrong_ids": 0}
         for receiver in ("paper", "soft, 1 period", "soft, 30 periods")
     ]
+
+
+def count_clutter(condition: Any, seed: int) -> list[dict[str, Any]]:
+    """Return rows as `sequential_trials.count_piece_by_sequential`, without a recording."""
+    counted = {"seconds": 30.0, "looked_at": 5, "structures": 2, "passed": 0, "ids": 0, "zeros": 0, "events": 100}
+    return [
+        {"piece": seed, "clutter": "mains lamps", "receiver": "sequential", "checksum": checksum, **counted}
+        for checksum in ("sum", "crc3")
+    ]
+
+
+def read_by_two(condition: Any, seed: int) -> list[dict[str, Any]]:
+    """Return rows as `earlier_receivers.read_link_by_earlier`, without a recording: all is right."""
+    return [_link_row(condition, seed, "paper", 10), _link_row(condition, seed, "soft", 0)]
+
+
+def read_by_one(condition: Any, seed: int) -> list[dict[str, Any]]:
+    """Return rows as `sequential_trials.read_link_by_sequential`, without a recording: all but 40 m is right."""
+    return [_link_row(condition, seed, "sequential", 0 if condition.distance_m == 40 else 10)]
+
+
+def _link_row(condition: Any, seed: int, receiver: str, right: int) -> dict[str, Any]:
+    """Return a row as `link_trials.link_rows`."""
+    counted = {"right_first": 1, "right_fifth": 1, "wrong_ids": 0, "packets": 22, "packets_right": 22, "false_rows": 0,
+               "rows": 10, "first_right_ms": 33.0, "ms_per_period": 1.0, "events": 100}  # fmt: skip
+    return {**asdict(condition), "seed": seed, "receiver": receiver, "periods": 10, "right": right, **counted}
 
 
 def fail(condition: Any, seed: int) -> list[dict[str, Any]]:
