@@ -7,7 +7,7 @@ shares of payload and checksum, the kind of the checksum, the convention and the
 reads the region with each.
 
 One ID that repeats passes a checksum of three bits by chance with one wrong setting in eight. So several answers are
-given, those first that differ least from the settings that were tried.
+given; those that differ least from the settings that were tried, and those with a long checksum, come first.
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ FIRST_S = 2.0
 MOST_EVENTS = 6_000_000
 READ_S = 0.6  # of a region, with each setting
 MOST_ANSWERS = 4
+COST_OF_CHANGE = 2.3  # bits: one setting in five is another than was given
+AS_LIKELY = 4.0  # bits that another answer may be less likely than the first
 KINDS: tuple[ChecksumKind, ...] = ("sum", "crc3")
 CONVENTIONS: tuple[Convention, ...] = ("ieee", "thomas")
 ORDERS: tuple[BitOrder, ...] = ("msb", "lsb")
@@ -142,10 +144,10 @@ def settings_that_read(events: Events, box: Box, settings: ReceiverSettings) -> 
         if found:
             break
     given = replace(settings.packet_format, manchester=settings.conventions[0])
-    found.sort(key=lambda each: (_changes(each.packet_format, given), -each.n_read))
-    best = _changes(found[0].packet_format, given)[0] if found else 0
-    near = [each for each in found if best and _changes(each.packet_format, given)[0] <= best + 1]
-    return near[:MOST_ANSWERS] or found[:1]
+    found.sort(key=lambda each: (_doubt(each.packet_format, given), -each.n_read))
+    best = _doubt(found[0].packet_format, given) if found else 0.0
+    near = [each for each in found if _doubt(each.packet_format, given) <= best + AS_LIKELY]
+    return near[:MOST_ANSWERS]
 
 
 def _shapes(events: Events, bit_us: float) -> Iterator[PacketFormat]:
@@ -273,10 +275,10 @@ def _rounded(rate_hz: float) -> float:
     return float(near if abs(near / rate_hz - 1) <= NEAR else float(f"{rate_hz:.3g}"))
 
 
-def _changes(packet_format: PacketFormat, given: PacketFormat) -> tuple[int, int]:
-    """Return how many settings differ, and how far the checksum is from the paper's three bits."""
+def _doubt(packet_format: PacketFormat, given: PacketFormat) -> float:
+    """Return how unlikely settings are [bit]: each that differs costs, and each bit of a checksum that fits pays."""
     differ = sum(getattr(packet_format, each.name) != getattr(given, each.name) for each in fields(PacketFormat))
-    return differ, abs(packet_format.checksum_bits - 3)
+    return COST_OF_CHANGE * differ - packet_format.checksum_bits if differ else -np.inf
 
 
 def _shown(value: float | str) -> str:
