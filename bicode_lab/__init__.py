@@ -6,6 +6,7 @@ The folders follow the communication link, and the files of `recognition` are th
 - `camera`: a synthetic event camera, from the scene over the lens and the pixels to the readout.
 - `recognition`: the paper's receiver (II), from events to the ID and the pose of each marker.
 - `soft_receiver`: a receiver with soft decisions, which goes beyond the paper.
+- `pose`: lock-in images, and poses from the light of the whole pattern, with covariances and odds; beyond the paper.
 - `recordings`: event files of other cameras and programs, read and written.
 - `fabrication`: sheets, parts list and transmitter program of a marker that can be built.
 
