@@ -6,8 +6,7 @@
 - `places` and `repeated_packets` read one packet from many repetitions of it.
 - `faint_regions` finds markers that are too faint for the regions of a single period.
 - `receiver` puts all this together, period after period.
-- `uart` reads a text instead of an ID: `text_starts` says where to begin, `edge_rates` and `text_rates` learn what an
-  edge makes, `text_clock` follows the clock, and `text_check` decides whether the text is believed.
+- `uart` reads a text instead of an ID; the folder `text` holds what it needs for it.
 """
 
 from bicode_lab.soft_receiver.clock import find_chips, lead_marks
@@ -15,7 +14,7 @@ from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.line_code import BicodeLine, LineCode, UartLine
 from bicode_lab.soft_receiver.receiver import SoftReceiver, SoftSettings
 from bicode_lab.soft_receiver.repeated_packets import Reading, doubt, read_repeated_packets
-from bicode_lab.soft_receiver.text_check import TextCheck
+from bicode_lab.soft_receiver.text.check import TextCheck
 from bicode_lab.soft_receiver.uart import TextReading, UartCharacter, read_text, read_uart
 
 __all__ = [

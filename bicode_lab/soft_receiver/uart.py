@@ -1,10 +1,10 @@
 """Read a text of UART characters, such as a public LED beacon sends, from the events of one light.
 
 1. Clocks, phases and orders of ON and OFF are tried, and the likeliest is learned over the whole recording
-   (`text_starts`, `text_rates`), with both ways to weigh a bin (`edge_rates`).
+   (`text.starts`, `text.learn`), with both ways to weigh a bin (`text.amounts`).
 2. The most likely path is found over all chips of the recording. The parity takes part, because a character of odd
    parity is never sent. What the light says without this help is kept beside it: `parity_ok`.
-3. A path that may take any levels checks the text (`text_check`). It decides which way to weigh a bin is better, and
+3. A path that may take any levels checks the text (`text.check`). It decides which way to weigh a bin is better, and
    whether any letter is given. Where it fails, there is no letter but a reason.
 
 A recording may begin and end within a frame, so the first and the last character are returned only if they hold without
@@ -19,11 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.events import Events
-from bicode_lab.soft_receiver.edge_rates import OFF, Floats, Weighing, rate_scores
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import build_free_nodes, build_nodes
-from bicode_lab.soft_receiver.text_check import TextCheck, believed_near, doubt_text
-from bicode_lab.soft_receiver.text_rates import MEMORY, LearnedText, find_best_starts, learn_text
+from bicode_lab.soft_receiver.text.amounts import OFF, Weighing
+from bicode_lab.soft_receiver.text.check import TextCheck, believed_near, doubt_text
+from bicode_lab.soft_receiver.text.edge_rates import Floats, rate_scores
+from bicode_lab.soft_receiver.text.learn import MEMORY, LearnedText, find_best_starts, learn_text
 from bicode_lab.soft_receiver.viterbi import likeliest_path, likeliest_path_with_margins
 
 LEAST_EVENTS = 20
@@ -198,7 +199,7 @@ def _judge(text: LearnedText, frames: _Frames, events: Events, line: LineCode) -
     given = frames.at(near)
     fall = np.cumsum(text.learned.kernels.edge[OFF].ravel())
     late = float(np.searchsorted(fall, BEGIN_OF_FALL * fall[-1])) / (fall.size // (MEMORY - 1))
-    t_us = np.round(np.interp(given.begins + late, text.chips, events["t"])).astype(np.int64)
+    t_us = np.round(np.interp(given.begins + late, np.sort(text.chips), events["t"])).astype(np.int64)
     rows = zip(t_us, given.codes, given.parity_ok, np.round(_sure(given.margin), 4), strict=True)
     characters = tuple(UartCharacter(int(t), chr(code), bool(ok), float(sure)) for t, code, ok, sure in rows)
     return TextReading(characters=characters, check=check, left_out=int((~near).sum()))

@@ -5,22 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bicode_lab.soft_receiver.edge_rates import (
-    OFF,
-    ON,
+from bicode_lab.soft_receiver.levels import PHASES
+from bicode_lab.soft_receiver.line_code import UartLine
+from bicode_lab.soft_receiver.nodes import build_free_nodes, build_nodes
+from bicode_lab.soft_receiver.text.amounts import OFF, ON, count_events, usual_count, weigh
+from bicode_lab.soft_receiver.text.edge_rates import (
     Kernels,
-    count_events,
     dispersion_of,
     edge_contexts,
     kernel_rates,
     learn_rates,
     rate_scores,
-    usual_count,
-    weigh,
 )
-from bicode_lab.soft_receiver.levels import PHASES
-from bicode_lab.soft_receiver.line_code import UartLine
-from bicode_lab.soft_receiver.nodes import build_free_nodes, build_nodes
 
 MEMORY = 4
 

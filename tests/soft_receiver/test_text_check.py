@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bicode_lab.soft_receiver.text_check import MIN_HELD, NEAR, believed_near, doubt_text, variety
+from bicode_lab.soft_receiver.text.check import MIN_HELD, NEAR, believed_near, doubt_text, variety
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bicode_lab.soft_receiver.edge_rates import OFF, ON, count_events, edge_contexts, kernel_rates
 from bicode_lab.soft_receiver.levels import PHASES
-from bicode_lab.soft_receiver.text_clock import FOLLOW_CHIPS, follow_clock
-from bicode_lab.soft_receiver.text_starts import LEAD_CHIPS, Start, find_starts, first_kernels
+from bicode_lab.soft_receiver.text.amounts import OFF, ON, count_events
+from bicode_lab.soft_receiver.text.clock import FOLLOW_CHIPS, follow_clock
+from bicode_lab.soft_receiver.text.edge_rates import edge_contexts, kernel_rates
+from bicode_lab.soft_receiver.text.starts import LEAD_CHIPS, Start, find_starts, first_kernels
 
 from .test_edge_rates import MEMORY, contexts_of, kernels_of, light
 

@@ -1,10 +1,11 @@
 """Where the learning of a light's rates may begin: clocks, phases of the edges, and the order of ON and OFF.
 
 The LED switches on the grid of chips only, so the ON events have a spectral line at the chip rate, and the OFF events
-have one of their own (see `clock`). The frequency of the two is the clock, their phases are the middles of the two
-kernels, up to whole chips: OFF events may come up to a chip before or after the ON events of an edge of the same time.
-Each of these orders is a start. Where a line is too weak to say its phase, because there are few events or because they
-scatter over half a chip, all phases are starts. If the lines of several clocks are alike, each of them is tried.
+have one of their own (see `soft_receiver.clock`). The frequency of the two is the clock, and their phases are the
+middles of the two kernels, up to whole chips: OFF events may come up to a chip before or after the ON events of an edge
+of the same time. Each of these orders is a start. Where a line is too weak to say its phase, because there are few
+events or because they scatter over half a chip, all phases are starts. If the lines of several clocks are alike, each
+of them is tried.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.soft_receiver.clock import BLOCK_CHIPS, MAX_ERROR_PPM, OVERSAMPLING
-from bicode_lab.soft_receiver.edge_rates import FLOOR, OFF, ON, Amounts, Kernels, usual_count
 from bicode_lab.soft_receiver.levels import PHASES
+from bicode_lab.soft_receiver.text.amounts import OFF, ON, Amounts, usual_count
+from bicode_lab.soft_receiver.text.edge_rates import FLOOR, Kernels
 
 Floats = npt.NDArray[np.float64]
 
@@ -24,8 +26,7 @@ LEAD_CHIPS = 0.9  # from the begin of a kernel to the middle of its events
 MOST_CLOCKS = 3
 LIKE_BEST = 0.3  # a clock is tried if its line has this share of the power of the strongest
 SURE_CLOCK = 15.0  # power of a line below which the nominal clock is tried, too
-SURE_PHASE = 8.0  # power of a line below which all phases are tried
-TRIED_PHASES = 4
+SURE_PHASE = 8.0  # power of a line below which quarters of a chip are tried, for OFF after ON halves
 FARTHEST_CHIPS = 0.85  # from ON to OFF
 NARROWEST, WIDEST = 0.05, 0.4  # standard deviations of kernels [chips]
 ELSEWHERE = 0.003  # of the height of a kernel, in all its bins
@@ -81,9 +82,8 @@ def find_starts(nominal: Floats, is_on: npt.NDArray[np.bool_]) -> list[Start]:
     starts = []
     for rate in _clocks(lines):
         phases, widths, powers = zip(*(_phase(line, rate) for line in lines), strict=True)
-        every = np.arange(TRIED_PHASES) / TRIED_PHASES
-        for on in [phases[ON]] if powers[ON] > SURE_PHASE else every:
-            for off in [phases[OFF]] if powers[OFF] > SURE_PHASE else on + every:
+        for on in [phases[ON]] if powers[ON] > SURE_PHASE else np.arange(4) / 4:
+            for off in [phases[OFF]] if powers[OFF] > SURE_PHASE else on + np.arange(2) / 2:
                 for later in (off - on) % 1 + np.array([-1, 0, 1]):
                     if abs(later) <= FARTHEST_CHIPS:
                         shift = float(on + min(later, 0) - LEAD_CHIPS)
@@ -150,7 +150,7 @@ def _clocks(lines: list[_Line]) -> list[float]:
         at = int(np.argmax(left))
         rates.append(float(steps[at] + _peak_offset(power, at)) / (size * BLOCK_CHIPS))
         left[max(at - OVERSAMPLING, 0) : at + OVERSAMPLING + 1] = 0
-    return rates if strongest > SURE_CLOCK else [*rates, 0.0]
+    return rates if strongest > SURE_CLOCK else [*rates[:1], 0.0]
 
 
 def _peak_offset(values: Floats, at: int) -> float:

@@ -2,7 +2,7 @@
 
 Every start is tried on the busiest `SHORT_CHIPS`, with few rounds. The `MOST_KEPT` likeliest go on over `TRIAL_CHIPS`,
 with each way to weigh a bin. The likeliest of each way is then learned over the whole recording, from the rates that
-the trial found, never from a guess again, while the clock is followed.
+the trial found, never from a guess again, while the clock is followed (`clock`, `runs`).
 """
 
 from __future__ import annotations
@@ -12,11 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.soft_receiver.edge_rates import Amounts, Kernels, Learned, Weighing, count_events, learn_rates, weigh
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import build_nodes
-from bicode_lab.soft_receiver.text_clock import follow_clock
-from bicode_lab.soft_receiver.text_starts import Start, find_starts, first_kernels
+from bicode_lab.soft_receiver.text.amounts import Amounts, Weighing, count_events, weigh
+from bicode_lab.soft_receiver.text.clock import follow_clock
+from bicode_lab.soft_receiver.text.edge_rates import Kernels, Learned, learn_rates
+from bicode_lab.soft_receiver.text.runs import align_frames, align_runs
+from bicode_lab.soft_receiver.text.starts import Start, find_starts, first_kernels
 
 Floats = npt.NDArray[np.float64]
 
@@ -24,7 +26,7 @@ MEMORY = 4  # an edge makes events over three chips
 SHORT_CHIPS, SHORT_ROUNDS = 1000, (2, 1)
 TRIAL_CHIPS, TRIAL_ROUNDS = 3000, (2, 4)
 MOST_KEPT = 3
-WHOLE_ROUNDS = ((0, 2), (0, 2), (0, 1))  # between them, the clock is followed
+WHOLE_ROUNDS = ((0, 2), (0, 2), (0, 2), (0, 1))  # between them, the clock is followed
 AHEAD_CHIPS = 12  # a frame may have begun before the first event
 SEARCH_CHIPS = 100  # from one place where the busiest chips may begin to the next
 
@@ -38,7 +40,8 @@ class LearnedText:
     learned : Learned
     amounts : ndarray, shape (chips, PHASES, 2)
     chips : ndarray, shape (n,)
-        Chip number of each event, from the first chip of `amounts` on.
+        Chip number of each event, from the first chip of `amounts` on; those of neighbours may change places where a
+        run or a frame was moved.
     """
 
     learned: Learned
@@ -99,9 +102,7 @@ def learn_text(
         amounts = weigh(count_events(chips, is_on, 0, int(chips[-1]) + AHEAD_CHIPS), weighing)
         learned = _learn(amounts, line, learned.kernels, rounds, learned.rates)
         if k + 1 < len(WHOLE_ROUNDS):
-            context = build_nodes(line, MEMORY, True).context[learned.path]
-            middle, later = follow_clock(amounts, learned.rates, context).T
-            chips = chips - np.interp(chips, middle, later)
+            chips = _follow(chips, amounts, learned, line, k)
     return LearnedText(learned, amounts, chips)
 
 
@@ -110,6 +111,22 @@ def _learn(
 ) -> Learned:
     """Learn rates along paths whose frames pass the check."""
     return learn_rates(amounts, build_nodes(line, MEMORY, True), MEMORY, kernels, rates=rates, rounds=rounds)
+
+
+def _follow(chips: Floats, amounts: Amounts, learned: Learned, line: LineCode, turn: int) -> Floats:
+    """Correct the chip numbers of the events: along the recording, run by run at first, and later frame by frame."""
+    nodes = build_nodes(line, MEMORY, True)
+    context = nodes.context[learned.path]
+    begins = np.flatnonzero(nodes.place[learned.path] == 0)
+    if turn > 0 and (np.diff(begins) != line.frame_chips).any():
+        frame = np.clip(np.searchsorted(begins, chips, side="right") - 1, 0, None)
+        return chips + align_frames(amounts, learned, context, begins, line.frame_chips)[frame]
+    if turn == 0:
+        bounds, move = align_runs(amounts, learned, nodes, line.frame_chips)
+        if move.any():
+            return chips + move[np.searchsorted(bounds[1:-1], chips, side="right")]
+    middle, later = follow_clock(amounts, learned.rates, context).T
+    return np.asarray(chips - np.interp(chips, middle, later), np.float64)
 
 
 def _busiest(nominal: Floats, is_on: npt.NDArray[np.bool_], start: Start, n_chips: int, weighing: Weighing) -> Amounts:

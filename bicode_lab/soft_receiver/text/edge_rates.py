@@ -7,11 +7,6 @@ make adds up. So a start needs nothing but the middles and the widths of two ker
 learn them. In a second stage each context has rates of its own, with those of the kernels as a guess that counts like
 `GUESS_CHIPS` chips: a refractory period, or a tail that ends when the light switches again, is no sum over edges.
 
-Two ways to weigh a bin are offered, because no single one is right for every light. *Events* counts them, which is best
-where each event comes by chance of its own (a Poisson process). *Marks* counts a bin of half the usual number or more
-as one, and less as a part of it, which is best where all events of an edge come early or late together, or where their
-number varies.
-
 The log-likelihood is that of a Poisson process, divided by the dispersion: the variance over the mean of what the rates
 leave unexplained, over 1 to 16 bins, the largest of them (quasi-likelihood, Wedderburn 1974). So an edge of forty
 events that arrive together does not count as forty independent ones, and margins are comparable between lights.
@@ -20,28 +15,22 @@ events that arrive together does not count as forty independent ones, and margin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.kernels import njit
 from bicode_lab.soft_receiver.levels import PHASES
 from bicode_lab.soft_receiver.nodes import Nodes
+from bicode_lab.soft_receiver.text.amounts import Amounts
 from bicode_lab.soft_receiver.viterbi import likeliest_path
 
 Floats = npt.NDArray[np.float64]
-Amounts = npt.NDArray[np.float32]
-"""What each bin of each chip says for ON and for OFF, 0 or more; shape (chips, PHASES, 2)."""
-Counts = npt.NDArray[np.int64]
-Weighing = Literal["events", "marks"]
 
-ON, OFF = 0, 1  # the order of the last axis
 GUESS_CHIPS = 24.0  # the kernels have the weight of this many chips of each context
 GUESS_EDGES = 0.5  # the kernels of the start have the weight of this many edges
 FIT_ROUNDS = 15
-ONE_FLASH_IN = 500  # bins: one of so many may hold a flash of another light
 FLOOR = 1e-7  # smallest rate
-MOST_OF_USUAL = 4.0  # a bin counts at most as this many usual ones, and this many events
 WIDTHS = tuple(1 << k for k in range(PHASES.bit_length()))  # bins over which the dispersion is looked at
 
 
@@ -84,91 +73,6 @@ class Learned:
     dispersion: Floats
     gain: float
     path: npt.NDArray[np.int32]
-
-
-def count_events(chips: Floats, is_on: npt.NDArray[np.bool_], first: int, n_chips: int) -> Counts:
-    """Count the events in each bin of each chip.
-
-    Parameters
-    ----------
-    chips : ndarray, shape (n,)
-        Chip number of each event, with its fraction.
-    is_on : ndarray of bool, shape (n,)
-    first, n_chips : int
-        Number of the first chip and how many chips are wanted.
-
-    Returns
-    -------
-    ndarray of int64, shape (n_chips, PHASES, 2)
-
-    Examples
-    --------
-    >>> counts = count_events(np.array([0.5, 1.0, 1.01]), np.array([True, False, False]), 0, 2)
-    >>> counts[0, 8].tolist(), counts[1, 0].tolist(), int(counts.sum())
-    ([1, 0], [0, 2], 3)
-    """
-    place = np.floor((chips - first) * PHASES).astype(np.int64)
-    inside = (place >= 0) & (place < n_chips * PHASES)
-    number = place[inside] * 2 + np.where(is_on[inside], ON, OFF)
-    return np.bincount(number, minlength=n_chips * PHASES * 2).reshape(n_chips, PHASES, 2)
-
-
-def usual_count(counts: npt.ArrayLike) -> float:
-    """Return the count that half of all events have or exceed in their bins; the largest of 500 bins are left out.
-
-    Parameters
-    ----------
-    counts : array_like
-        Events in each bin.
-
-    Returns
-    -------
-    float
-        1 or more.
-
-    Examples
-    --------
-    >>> usual_count([0, 1, 1, 1, 40, 0, 40]), usual_count([0, 0])
-    (40.0, 1.0)
-    """
-    held = np.sort(np.asarray(counts, np.float64), axis=None)
-    held = held[held > 0]
-    held = held[: held.size - held.size // ONE_FLASH_IN]
-    if not held.size:
-        return 1.0
-    total = np.cumsum(held)
-    return float(held[np.searchsorted(total, total[-1] / 2)])
-
-
-def weigh(counts: Counts, weighing: Weighing) -> Amounts:
-    """Turn counts into amounts.
-
-    Parameters
-    ----------
-    counts : ndarray, shape (chips, PHASES, 2)
-        See `count_events`.
-    weighing : {"events", "marks"}
-        See the top of this file.
-
-    Returns
-    -------
-    ndarray of float32, shape (chips, PHASES, 2)
-
-    Examples
-    --------
-    >>> counts = np.zeros((2, 16, 2), int)
-    >>> counts[0, 3, 0], counts[1, 3, 0], counts[1, 9, 0] = 40, 40, 1
-    >>> weigh(counts, "marks")[[0, 1], [3, 9], 0].astype(float).round(2).tolist()
-    [1.0, 0.05]
-    """
-    amounts = np.empty(counts.shape, np.float32)
-    for side in (ON, OFF):
-        usual = usual_count(counts[..., side])
-        if weighing == "events":
-            amounts[..., side] = np.minimum(counts[..., side], MOST_OF_USUAL * (usual + 1))
-        else:
-            amounts[..., side] = np.minimum(counts[..., side] / max(usual / 2, 1.0), 1.0)
-    return amounts
 
 
 def edge_contexts(memory: int) -> Floats:
@@ -225,9 +129,10 @@ def rate_scores(amounts: Amounts, rates: Floats, dispersion: Floats) -> Floats:
     -------
     ndarray, shape (chips, contexts)
     """
-    n, weights = len(rates), np.log(rates) / dispersion
-    scores = amounts.reshape(len(amounts), -1) @ weights.reshape(n, -1).T.astype(np.float32)
-    return np.asarray(scores - (rates / dispersion).sum(axis=(1, 2)), np.float64)
+    weights = np.log(rates) / dispersion
+    by_bin = np.ascontiguousarray(weights.reshape(len(rates), -1).T)
+    scores = _weighted_sums(amounts.reshape(len(amounts), -1), by_bin, -(rates / dispersion).sum(axis=(1, 2)))
+    return np.asarray(scores, np.float64)
 
 
 def learn_rates(
@@ -285,12 +190,12 @@ def dispersion_of(amounts: Amounts, expected: Floats) -> Floats:
     ndarray, shape (2,)
         Variance over mean for ON and for OFF, over the width from 1 to 16 bins that gives the most; above 0.
     """
-    left = amounts - expected
-    mean = np.maximum(expected.sum(axis=(0, 1)), FLOOR)
+    left = (amounts - expected).reshape(-1, 2)
+    mean = np.maximum(expected.reshape(-1, 2).sum(axis=0), FLOOR)
     found = np.full(2, FLOOR)
     for width in WIDTHS:
-        sums = left.reshape(len(left), PHASES // width, width, 2).sum(axis=2)
-        found = np.maximum(found, (sums**2).sum(axis=(0, 1)) / mean)
+        left = left if width == 1 else left[::2] + left[1::2]
+        found = np.maximum(found, np.einsum("ks,ks->s", left, left) / mean)
     return found
 
 
@@ -315,3 +220,18 @@ def _fit_kernels(visits: Floats, sums: Floats, kernels: Kernels, edges: Floats, 
         edge = (shared + GUESS_EDGES * guess.edge) / (n_edges + GUESS_EDGES)
         background = np.maximum(background * ratio.sum(axis=(0, 1)) / n_bins, FLOOR)
     return Kernels(edge, background)
+
+
+@njit(cache=True)
+def _weighted_sums(amounts, weights, offset):  # type: ignore[no-untyped-def]
+    """Return for each chip the sum of its amounts, weighed for each context, plus an offset; most amounts are 0."""
+    n, n_bins = amounts.shape
+    sums = np.empty((n, offset.size))
+    for k in range(n):
+        sums[k] = offset
+        for j in range(n_bins):
+            amount = amounts[k, j]
+            if amount != 0:
+                for c in range(offset.size):
+                    sums[k, c] += amount * weights[j, c]
+    return sums

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solveh_banded
 
-from bicode_lab.soft_receiver.edge_rates import Amounts
 from bicode_lab.soft_receiver.levels import PHASES
+from bicode_lab.soft_receiver.text.amounts import Amounts
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def follow_clock(amounts: Amounts, rates: Floats, context: npt.NDArray[np.int32]
     n = len(amounts)
     bounds = np.linspace(0, n, max(1, n // FOLLOW_CHIPS) + 1).astype(np.int64)
     moves = range(-MOST_BINS, MOST_BINS + 1)
-    scores = np.stack([_score_moved(amounts, rates, context, bins, bounds) for bins in moves])
+    scores = np.stack([np.diff(score_moved(amounts, np.log(rates), context, bins)[bounds]) for bins in moves])
     at = np.argmax(scores, axis=0)
     inside = (at > 0) & (at < 2 * MOST_BINS)
     block = np.arange(at.size)
@@ -53,16 +53,30 @@ def follow_clock(amounts: Amounts, rates: Floats, context: npt.NDArray[np.int32]
     return np.stack([(bounds[:-1] + bounds[1:]) / 2, later / PHASES], axis=1)
 
 
-def _score_moved(
-    amounts: Amounts, rates: Floats, context: npt.NDArray[np.int32], bins: int, bounds: npt.NDArray[np.int64]
-) -> Floats:
-    """Return the log-likelihood of each block if its events are taken to come `bins` later than expected."""
+def score_moved(amounts: Amounts, weights: Floats, context: npt.NDArray[np.int32], bins: int) -> Floats:
+    """Score a path whose events are taken to come later than expected.
+
+    Parameters
+    ----------
+    amounts : ndarray, shape (chips, PHASES, 2)
+    weights : ndarray, shape (contexts, PHASES, 2)
+        Score of an amount of 1 in each bin of each context: the logarithm of the rates.
+    context : ndarray of int32, shape (chips,)
+        Context of each chip on the path.
+    bins : int
+        How much later the events come; below 0, earlier.
+
+    Returns
+    -------
+    ndarray, shape (chips + 1,)
+        Sum of the scores of all chips before each chip.
+    """
     flat = amounts.reshape(-1, 2)
-    expected = np.log(rates).astype(np.float32)[context].reshape(-1, 2)
+    expected = weights.astype(np.float32)[context].reshape(-1, 2)
     low, high = max(0, bins), len(flat) + min(0, bins)
     each = np.zeros(len(flat))
     each[low:high] = (flat[low:high] * expected[low - bins : high - bins]).sum(axis=1)
-    return np.diff(np.concatenate([[0.0], np.cumsum(each)])[bounds * PHASES])
+    return np.concatenate([[0.0], np.cumsum(each.reshape(-1, PHASES).sum(axis=1))])
 
 
 def _smooth(values: Floats, weight: Floats) -> Floats:
