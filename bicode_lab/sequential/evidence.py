@@ -20,7 +20,7 @@ from bicode_lab.recognition.led_state import Counts
 from bicode_lab.recognition.periods import PeriodGrid
 from bicode_lab.sequential.fold import Bins, line_power
 from bicode_lab.sequential.frames import agreement, read_frames
-from bicode_lab.sequential.reading import NOTHING, FrameReading, Reading
+from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
 from bicode_lab.sequential.repeated import read_repeated
 from bicode_lab.soft_receiver.line_code import LineCode
 
@@ -29,9 +29,9 @@ MAX_WAIT = 8  # periods until an established reading is made anew
 PATIENCE = 4  # periods without a reading after which only each so-many-th period is read with all evidence
 MAX_CONTRADICTION = 12.0  # [nat]
 MAX_ABSENCE = 8.0  # [nat]
-MIN_LINE = (
-    12.0  # power at the chip rate, chi-squared with 4 degrees of freedom for noise, which has it once in 60 periods
-)
+MIN_POWER = 12.0  # of the lines at the chip rate, which noise reaches once in 60 periods
+MIN_RATIO = 3.0  # over the power beside them ...
+FEW_EVENTS = 200  # ... unless a period holds fewer events than this, which takes little time to read
 SAME_SIZE = 2.0  # boxes whose areas differ by more than this factor do not show the same light
 
 Row = tuple[int, Counts, Counts, Box]
@@ -104,7 +104,9 @@ class Evidence:
 
     def blinks(self) -> bool:
         """Return whether the last period has a line at the chip rate."""
-        return line_power(self._bins([self._rows[-1]])) >= MIN_LINE
+        now = self._now()
+        power, ratio = line_power(now, self._line.frame_chips)
+        return power >= MIN_POWER and (ratio >= MIN_RATIO or float(now.counts.sum()) < FEW_EVENTS)
 
     def read(self) -> Outcome | None:
         """Read the evidence.
@@ -115,14 +117,15 @@ class Evidence:
             None where nothing is there that sends frames of the code.
         """
         known = self._known()
-        reading = known or self._repeated()
-        if reading is not None:
-            self._absence = max(0.0, self._absence - agreement(reading, self._now(), self._line).presence)
+        reading, agrees = known or self._repeated() or (None, None)
+        if reading is not None and agrees is not None:
+            self._absence = max(0.0, self._absence - agrees.presence)
             if self._absence > MAX_ABSENCE:
                 self._rows.clear()
                 self._reading, self._agreed, self._waited, self._absence = NOTHING, 0, 0, 0.0
                 return None
-            return Outcome(reading=reading, frames=None, reason=None, n_periods=self._n_weighed)
+            n_periods = len(self._rows) if known else self._n_weighed
+            return Outcome(reading=reading, frames=None, reason=None, n_periods=n_periods)
         if not self._changes and self._failed > PATIENCE and self._failed % PATIENCE:
             return None
         whole, frames = self._frames()
@@ -136,15 +139,15 @@ class Evidence:
             reading=self._reading, frames=None, reason=self._reading.doubt or "conflict", n_periods=self._n_weighed
         )
 
-    def _known(self) -> Reading | None:
+    def _known(self) -> tuple[Reading, Agreement] | None:
         """Return the reading of the periods before if it need not be made anew and agrees with the last period."""
         if not self._agreed or self._waited >= min(len(self._rows) // 2, MAX_WAIT):
             return None
         self._waited += 1
         agrees = agreement(self._reading, self._now(), self._line)
-        return self._reading if agrees.contradiction <= MAX_CONTRADICTION else None
+        return (self._reading, agrees) if agrees.contradiction <= MAX_CONTRADICTION else None
 
-    def _repeated(self) -> Reading | None:
+    def _repeated(self) -> tuple[Reading, Agreement] | None:
         """Read the counts as a packet that is repeated; None if that is not believed."""
         self._failed += 1
         rows = list(self._rows)
@@ -157,18 +160,19 @@ class Evidence:
                 everything = reading
             elif everything.doubt == "checksum" and everything.gain > reading.gain:
                 continue  # all evidence together shows frames of the code, but not what they say
-            if reading.doubt is None and not self._is_contradicted(reading):
+            if reading.doubt is not None:
+                continue
+            agrees = agreement(reading, self._now(), self._line)
+            if agrees.contradiction <= MAX_CONTRADICTION and not self._frames_differ(reading):
                 if used is not rows:
                     self._rows = deque(used, self._longest)
                 self._agreed, self._waited, self._failed = self._agreed + 1, 0, 0
-                return reading
+                return reading, agrees
         self._agreed = 0
         return None
 
-    def _is_contradicted(self, reading: Reading) -> bool:
-        """Return whether frames of the last period say something else."""
-        if agreement(reading, self._now(), self._line).contradiction > MAX_CONTRADICTION:
-            return True
+    def _frames_differ(self, reading: Reading) -> bool:
+        """Return whether a frame of the last period, read for itself, says something else."""
         if self._agreed >= ESTABLISHED:
             return False
         whole, frames = self._frames()

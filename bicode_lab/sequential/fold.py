@@ -20,6 +20,7 @@ ON, OFF = 0, 1
 MAX_ERROR_PPM = 1100.0  # +-1000, and the width of the line
 BLOCK_CHIPS = 32  # 1000 ppm rotate the line by 12 degrees within a block
 OVERSAMPLING = 8  # frequencies that are tried within the width of a line
+BESIDE = 4  # rates on either side of the chip rate, to compare with
 CAP = 3.0  # a bin counts as no more than this many times the count of a usual bin of an edge
 UNSEEN_EVENTS = 14.0  # where the usual rate would have made this many events, and there is none, nothing was seen
 
@@ -159,22 +160,29 @@ def find_clock(bins: Bins) -> Clock:
     return Clock(rate, np.array([_quiet_phase(rate * bins.chips, bins.counts[:, side]) for side in (ON, OFF)]))
 
 
-def line_power(bins: Bins) -> float:
-    """Return the power of the lines at the nominal chip rate, of ON and OFF together.
+def line_power(bins: Bins, n_chips: int) -> tuple[float, float]:
+    """Measure the lines of ON and OFF at the nominal chip rate.
 
     Parameters
     ----------
     bins : Bins
+    n_chips : int
+        Length of a frame [chips].
 
     Returns
     -------
-    float
-        Sum of 2 |sum of phasors|^2 / count: chi-squared with 4 degrees of freedom if there is no line.
+    power : float
+        Sum of 2 |sum of phasors|^2 / count of ON and OFF: chi-squared with 4 degrees of freedom for independent events.
+    ratio : float
+        Power over that at rates beside the chip rate, mean of ON and OFF: about 1 for clutter that comes in bursts. The
+        rates lie half way between multiples of the frame rate, where a frame that is repeated has no power.
     """
-    turn = np.exp(2j * np.pi * bins.chips)
-    lines = np.abs(turn @ bins.counts) ** 2
-    power: float = (2 * lines / np.maximum(bins.counts.sum(axis=0), 1)).sum()
-    return power
+    beside = (np.arange(BESIDE) + 1.5) / n_chips
+    rates = np.concatenate([[1.0], 1 - beside, 1 + beside])
+    squares = np.abs(np.exp(2j * np.pi * rates[:, None] * bins.chips) @ bins.counts) ** 2
+    total = np.maximum(bins.counts.sum(axis=0), 1)
+    ratio = squares[0] / np.maximum(squares[1:].mean(axis=0), total / 2)
+    return float((2 * squares[0] / total).sum()), float(ratio.mean())
 
 
 def fold(bins: Bins, clock: Clock, n_chips: int, first: int | None = None) -> Folded:

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.sequential.fold import ON, Bins, Clock, Floats, find_clock, fold
+from bicode_lab.sequential.fold import ON, PHASES, Bins, Clock, Floats, find_clock, fold
 from bicode_lab.sequential.judge import ONES, cut, decide, judge, learn, span, start_share
 from bicode_lab.sequential.levels import chip_scores, guess_levels
 from bicode_lab.sequential.paths import best_contexts, path_score, score_places
 from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
 from bicode_lab.sequential.repeated import LATER_OFF, seen_counts
-from bicode_lab.sequential.rivals import noise_score
+from bicode_lab.sequential.rivals import find_rivals, noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
 
 
@@ -49,8 +49,20 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
     places = _by_place(bins, clock, learned.levels, learned.dispersion, line)
     paths = [learned.path(k, line) for k in range(len(begins))]
     contexts = np.concatenate([own for own, _ in paths])
-    whole = judge(learned, contexts, sum(total for _, total in paths), places, at, bins)
-    whole = replace(whole, clock=clock, start=start_share(stacked, contexts, line))
+    whole = judge(
+        learned,
+        contexts,
+        sum(total for _, total in paths),
+        places,
+        at,
+        find_rivals(bins, learned.dispersion, line.frame_chips),
+    )
+    whole = replace(
+        whole,
+        clock=clock,
+        start=start_share(stacked, contexts, line),
+        n_frames=float(stacked.exposure[:, ON].sum()) / (line.frame_chips * PHASES),
+    )
     readings, frames = [], []
     for k, begin in enumerate(begins):
         frame = stacked.part(k * line.frame_chips, line.frame_chips)
@@ -63,10 +75,11 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
                 value=int(readings[-1].value or 0), check=readings[-1].check, begin=moment,
                 is_whole=bool((frame.exposure > 0).any(axis=2).all()),
                 gain=guessed - noise_score(frame, learned.dispersion),
-                margin=readings[-1].margin, conflict=readings[-1].conflict,
+                is_periodic=readings[-1].is_periodic, margin=readings[-1].margin, conflict=readings[-1].conflict,
             )
         )  # fmt: skip
-    return max(readings, key=lambda one: (one.check, one.margin)), frames
+    surest = max(readings, key=lambda one: (one.check, one.margin))
+    return replace(surest, is_periodic=False), frames
 
 
 def agreement(reading: Reading, bins: Bins, line: LineCode) -> Agreement:

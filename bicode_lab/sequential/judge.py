@@ -16,7 +16,7 @@ from bicode_lab.sequential.levels import (
 )
 from bicode_lab.sequential.paths import FIRST, best_contexts, path_score
 from bicode_lab.sequential.reading import Reading
-from bicode_lab.sequential.rivals import burst_score, lamp_score, noise_score
+from bicode_lab.sequential.rivals import Rivals, noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import build_nodes, frame_contexts
 from bicode_lab.soft_receiver.viterbi import best_path
@@ -95,7 +95,7 @@ def learn(frames: Folded, guess: Floats, line: LineCode) -> Learned:
     return Learned(frames, guess, levels, contexts, find_dispersion(frames, levels, contexts), total)
 
 
-def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, bins: Bins) -> Reading:
+def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, rivals: Rivals) -> Reading:
     """Judge whether the light as a whole sends frames of the code.
 
     Parameters
@@ -109,8 +109,8 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
         Log-likelihood of frames that begin at each chip [nat].
     at : int
         Chip at which they are taken to begin.
-    bins : Bins
-        The counts that the frames were made from.
+    rivals : Rivals
+        What else the same counts could be.
 
     Returns
     -------
@@ -119,12 +119,11 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
     """
     dispersion, n = learned.dispersion, places.size
     guessed = path_score(chip_scores(learned.frames, learned.guess, dispersion), contexts)
-    burst = burst_score(bins, dispersion)
     away = np.abs((np.arange(n) - at + n // 2) % n - n // 2)
     return Reading(
         value=None,
-        gain=guessed - max(noise_score(learned.frames, dispersion), burst),
-        rival=total - max(lamp_score(bins, dispersion), burst),
+        gain=guessed - max(noise_score(learned.frames, dispersion), rivals.burst),
+        rival=total - max(rivals.lamp, rivals.burst),
         place=float(places[at % n] - places[away > 1].max()),
         dispersion=dispersion, levels=learned.levels,
     )  # fmt: skip
@@ -157,6 +156,7 @@ def decide(reading: Reading, frame: Folded, contexts: Contexts, line: LineCode) 
     value, check = line.decode(np.roll(contexts & 1, FIRST))
     others = frame_contexts(line, MEMORY)
     if others is None:
+        reading = replace(reading, is_periodic=_is_periodic(contexts, line))
         nodes = build_nodes(line, MEMORY)
         _, margins = best_path(both, nodes, FIRST)
         conflict = max(best_contexts(one, line)[1] - path_score(one, contexts) for one in sides)
@@ -172,6 +172,7 @@ def decide(reading: Reading, frame: Folded, contexts: Contexts, line: LineCode) 
         return replace(reading, value=value, check=False, margin=loss, contexts=contexts)
     value, check = line.decode(np.roll(others[at] & 1, FIRST))
     itself = (others == others[at]).all(axis=1)
+    reading = replace(reading, is_periodic=_is_periodic(others[at], line))
     return replace(
         reading, value=value, check=check, contexts=others[at], margin=float(sums[at] - sums[~itself].max()),
         conflict=float((each.max(axis=1) - each[:, at]).max()),
@@ -253,6 +254,12 @@ def cut(bins: Bins, clock: Clock, at: int, line: LineCode) -> tuple[Folded, list
     begins = list(range(at % n, n_chips - n - FIRST + 1, n))
     counts = fold(bins, clock, n_chips, first)
     return counts.part(begins[0] + FIRST, n * len(begins)), [first + begin for begin in begins]
+
+
+def _is_periodic(contexts: Contexts, line: LineCode) -> bool:
+    """Return whether the data of a frame repeat after two bits or less."""
+    data = np.roll(contexts & 1, FIRST)[len(line.start_chips) :]
+    return bool((data[4:] == data[:-4]).all())
 
 
 def _paths(frames: Folded, levels: Floats, dispersion: Floats, line: LineCode) -> tuple[Contexts, float]:

@@ -13,7 +13,8 @@ are differences of log-likelihoods [nat], divided by the dispersion of the count
     start     share of a usual edge's events that keep the clock in the quiet start; a marker has none
 
 `MIN_GAIN` is the logarithm of what may be tried by chance, 28 chips x 8 phases x 2048 data words, which is 13, and of a
-thousand regions more. `MIN_MARGIN` is odds of 3,000 to 1.
+thousand regions more. `MIN_MARGIN` is odds of 3,000 to 1. A value whose bits are all alike, or alternate, looks like a
+lamp that misses some pulses; it is believed after `PERIODIC_FRAMES` frames only.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from bicode_lab.sequential.levels import Contexts
 MIN_GAIN = 20.0
 MIN_MARGIN = 8.0
 MAX_START = 0.35
+PERIODIC_FRAMES = 6.0  # a lamp whose rate is wrong by 0.1 % or more is out of step after so many
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,6 +57,10 @@ class Reading:
         Contexts of the chips of the value's frame, from chip `paths.FIRST` on.
     levels : ndarray or None
         Levels that were learned.
+    n_frames : float
+        Time that was weighed [frames].
+    is_periodic : bool
+        Whether the data of the value are periodic, as the light of a lamp is.
     """
 
     value: int | None
@@ -70,6 +76,8 @@ class Reading:
     dispersion: Floats = field(default_factory=lambda: np.ones(2))
     contexts: Contexts | None = None
     levels: Floats | None = None
+    n_frames: float = 0.0
+    is_periodic: bool = False
 
     @property
     def is_structured(self) -> bool:
@@ -97,6 +105,8 @@ class Reading:
             return "no_start"
         if not self.check:
             return "checksum"
+        if self.is_periodic and self.n_frames < PERIODIC_FRAMES:
+            return "manchester"
         return "manchester" if self.margin < MIN_MARGIN or self.conflict > MIN_MARGIN else None
 
 
@@ -115,6 +125,8 @@ class FrameReading:
         Whether the check of the code holds.
     is_whole : bool
         Whether all its chips were seen.
+    is_periodic : bool
+        Whether its data are periodic; a single frame of that kind is not believed.
     begin : float
         [nominal chips]
     gain, margin, conflict : float
@@ -124,6 +136,7 @@ class FrameReading:
     value: int
     check: bool
     is_whole: bool
+    is_periodic: bool
     begin: float
     gain: float
     margin: float
@@ -135,6 +148,7 @@ class FrameReading:
         return (
             self.check
             and self.is_whole
+            and not self.is_periodic
             and self.gain >= MIN_GAIN
             and self.margin >= MIN_MARGIN
             and self.conflict <= MIN_MARGIN

@@ -256,7 +256,8 @@ class SequentialReceiver:
             return [self._packet(frame.value, frame.begin, reading) for frame in outcome.frames]
         length = self._line.frame_chips / reading.clock.rate
         low, high = ((self._grid.start_us(k) - self._grid.t0_us) / self._line.chip_us for k in (period, period + 1))
-        numbers = range(int(np.ceil((low - reading.begin) / length)), int(np.floor((high - reading.begin) / length)))
+        first = int(np.ceil((low - reading.begin) / length)) - (outcome.n_periods > 1)  # one began in the period before
+        numbers = range(first, int(np.floor((high - reading.begin) / length)))
         return [self._packet(reading.value, reading.begin + k * length, reading) for k in numbers]
 
     def _packet(self, value: int | None, begin: float, reading: Reading) -> Packet:

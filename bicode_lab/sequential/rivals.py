@@ -5,6 +5,8 @@ Each rival explains the same counts without a packet; its log-likelihood is comp
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from bicode_lab.sequential.fold import PHASES, Bins, Floats, Folded
@@ -13,8 +15,41 @@ from bicode_lab.sequential.levels import GUESS_CHIPS, GUESS_EVENTS
 LOWEST, HIGHEST = 0.02, 1.25  # rates of lamps that are tried [cycles per chip]
 N_PEAKS = 6  # strongest rates that are tried
 PADDING = 4
-LAMP_PHASES = 2 * PHASES  # bins of a lamp's cycle
+LAMP_PHASES = 2 * PHASES  # bins of a lamp's cycle, at least
+FASTER = 1.5  # a lamp this much faster than frames has bins as short as those of a chip; a slower one could be a packet
 BURST_CHIPS = 4.0
+
+
+@dataclass(frozen=True)
+class Rivals:
+    """Log-likelihoods of the rivals that know the time of each event.
+
+    Parameters
+    ----------
+    lamp, burst : float
+        See `lamp_score` and `burst_score` [nat].
+    """
+
+    lamp: float
+    burst: float
+
+
+def find_rivals(bins: Bins, dispersion: Floats, n_chips: int) -> Rivals:
+    """Find the log-likelihoods of a lamp and of bursts.
+
+    Parameters
+    ----------
+    bins : Bins
+    dispersion : ndarray, shape (2,)
+        1 or more.
+    n_chips : int
+        Length of a frame [chips].
+
+    Returns
+    -------
+    Rivals
+    """
+    return Rivals(lamp_score(bins, dispersion, n_chips), burst_score(bins, dispersion))
 
 
 def noise_score(counts: Folded, dispersion: Floats) -> float:
@@ -53,7 +88,7 @@ def burst_score(bins: Bins, dispersion: Floats) -> float:
     return _grouped_score(bins, block, int(block[-1]) + 1, dispersion)
 
 
-def lamp_score(bins: Bins, dispersion: Floats) -> float:
+def lamp_score(bins: Bins, dispersion: Floats, n_chips: int) -> float:
     """Return the log-likelihood of a lamp: pulses of any shape that repeat at the rate that explains most.
 
     Parameters
@@ -61,6 +96,8 @@ def lamp_score(bins: Bins, dispersion: Floats) -> float:
     bins : Bins
     dispersion : ndarray, shape (2,)
         1 or more.
+    n_chips : int
+        Length of a frame [chips].
 
     Returns
     -------
@@ -68,8 +105,9 @@ def lamp_score(bins: Bins, dispersion: Floats) -> float:
     """
     best = -np.inf
     for rate in _strongest_rates(bins):
-        phase = np.floor((bins.chips * rate % 1.0) * LAMP_PHASES).astype(np.int64) % LAMP_PHASES
-        best = max(best, _grouped_score(bins, phase, LAMP_PHASES, dispersion))
+        n = max(LAMP_PHASES, int(np.ceil(PHASES / rate))) if rate * n_chips > FASTER else LAMP_PHASES
+        phase = np.floor((bins.chips * rate % 1.0) * n).astype(np.int64) % n
+        best = max(best, _grouped_score(bins, phase, n, dispersion))
     return best
 
 
