@@ -21,7 +21,7 @@ from bicode_lab.recognition.periods import PeriodGrid
 from bicode_lab.sequential.fold import Bins, line_power
 from bicode_lab.sequential.frames import agreement, read_frames
 from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
-from bicode_lab.sequential.repeated import read_repeated
+from bicode_lab.sequential.repeated import QUIET_CHIPS, read_repeated
 from bicode_lab.soft_receiver.line_code import LineCode
 
 ESTABLISHED = 3
@@ -52,12 +52,15 @@ class Outcome:
         Why there is no ID, one of `decode.REASONS`; None if there is one.
     n_periods : int
         Number of periods that were weighed.
+    seen : tuple of 2 floats
+        In which time of the period the light was in view [nominal chips].
     """
 
     reading: Reading
     frames: tuple[FrameReading, ...] | None
     reason: Reason | None
     n_periods: int
+    seen: tuple[float, float]
 
 
 class Evidence:
@@ -125,19 +128,20 @@ class Evidence:
                 self._reading, self._agreed, self._waited, self._absence = NOTHING, 0, 0, 0.0
                 return None
             n_periods = len(self._rows) if known else self._n_weighed
-            return Outcome(reading=reading, frames=None, reason=None, n_periods=n_periods)
+            return Outcome(reading=reading, frames=None, reason=None, n_periods=n_periods, seen=self._seen())
         if not self._changes and self._failed > PATIENCE and self._failed % PATIENCE:
             return None
         whole, frames = self._frames()
         sure = tuple(frame for frame in frames if frame.is_sure) if whole.doubt is None else ()
         self._changes = bool(sure)
         if sure:
-            return Outcome(reading=whole, frames=sure, reason=None, n_periods=1)
+            return Outcome(reading=whole, frames=sure, reason=None, n_periods=1, seen=self._seen())
         if not self._reading.is_structured:
             return None
         return Outcome(
-            reading=self._reading, frames=None, reason=self._reading.doubt or "conflict", n_periods=self._n_weighed
-        )
+            reading=self._reading, frames=None, reason=self._reading.doubt or "conflict", n_periods=self._n_weighed,
+            seen=self._seen(),
+        )  # fmt: skip
 
     def _known(self) -> tuple[Reading, Agreement] | None:
         """Return the reading of the periods before if it need not be made anew and agrees with the last period."""
@@ -186,6 +190,13 @@ class Evidence:
         if whole.doubt is None and whole.rival < read_repeated(recent, self._line).rival:
             return NOTHING, []  # free frames explain more than equal ones do, if the levels are right
         return whole, frames
+
+    def _seen(self) -> tuple[float, float]:
+        """Return from when to when the light was in view in the last period: its events, and a start on either side."""
+        now = self._now()
+        at = np.flatnonzero(now.counts.any(axis=1))
+        quiet = len(self._line.start_chips) + QUIET_CHIPS
+        return (float(now.chips[at[0]]) - quiet, float(now.chips[at[-1]]) + quiet) if at.size else (0.0, 0.0)
 
     def _now(self) -> Bins:
         """Return the counts of the last period."""

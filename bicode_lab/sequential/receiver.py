@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from bicode_lab.sequential.tracks import Track, Tracks
 from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.line_code import BicodeLine
 
+EVIDENCE_COLUMNS = ("margin", "evidence_periods")
 SEARCH_PERIODS = 4  # from one search for faint regions to the next
 MAX_HELD_EVENTS = 1_000_000  # held for faint regions: 16 MB
 GUARD_PX = 2  # events this near to a region are not held for faint regions
@@ -49,6 +51,10 @@ class SequentialSighting(Sighting):
 
     margin: float = 0.0
     evidence_periods: int = 0
+
+    def row(self) -> dict[str, Any]:
+        """Return the row of the table of sightings, with how sure it is."""
+        return {**super().row(), "margin": round(self.margin, 1), "evidence_periods": self.evidence_periods}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -256,8 +262,11 @@ class SequentialReceiver:
             return [self._packet(frame.value, frame.begin, reading) for frame in outcome.frames]
         length = self._line.frame_chips / reading.clock.rate
         low, high = ((self._grid.start_us(k) - self._grid.t0_us) / self._line.chip_us for k in (period, period + 1))
-        first = int(np.ceil((low - reading.begin) / length)) - (outcome.n_periods > 1)  # one began in the period before
-        numbers = range(first, int(np.floor((high - reading.begin) / length)))
+        came, went = outcome.seen
+        if outcome.n_periods > 1:  # a packet may have begun in the period before
+            low, came = low - length, min(came, low - length)
+        first = int(np.ceil((max(low, came) - reading.begin) / length))
+        numbers = range(first, int(np.floor((min(high, went) - reading.begin) / length)))
         return [self._packet(reading.value, reading.begin + k * length, reading) for k in numbers]
 
     def _packet(self, value: int | None, begin: float, reading: Reading) -> Packet:

@@ -15,9 +15,11 @@ import click
 from tqdm import tqdm
 
 from bicode_lab.events import Events
-from bicode_lab.recognition import Sighting, packet_rows, recognise
+from bicode_lab.recognition import ReceiverSettings, Sighting, packet_rows, recognise
 from bicode_lab.recognition.sighting import COLUMNS as SIGHTING_COLUMNS
 from bicode_lab.recordings import Recording, open_recording
+from bicode_lab.sequential import SequentialSettings
+from bicode_lab.sequential.receiver import EVIDENCE_COLUMNS
 from bicode_lab.soft_receiver import UartLine, read_text
 from bicode_studies.cli.helpers.kernel_files import say_if_compiling
 from bicode_studies.cli.helpers.marker_options import board_options, marker_option, packet_options
@@ -60,9 +62,10 @@ MAX_UART_BITS = 5_000_000  # read at once; a minute at 3125 baud has 187,500
 @click.option(
     "--receiver",
     type=click.Choice(list(RECEIVERS)),
-    default="paper",
+    default="sequential",
     show_default=True,
-    help="The paper's receiver, or the soft receiver, which combines the evidence of one second of a track (no poses).",
+    help="The sequential receiver weighs all evidence of a track and gives an ID as soon as it is sure; the paper's "
+    "receiver reads each packet for itself; the soft receiver weighs one second of a track (no poses).",
 )
 @marker_option
 @packet_options(auto=True)
@@ -113,6 +116,9 @@ def decode(
     checksum    the bits were read, but the checksum is wrong
     conflict    two valid packets have different IDs
 
+    The sequential receiver has rows only where a light sends packets. In jsonl and csv, margin says how sure an ID is,
+    as the natural logarithm of the odds against any other, and evidence_periods how many periods were weighed for it.
+
     x_m, y_m and z_m are the place of the 2D marker: right, down and ahead of the camera. roll_deg turns it in its
     plane, counter-clockwise as the camera sees it, pitch_deg and yaw_deg out of it; 0 is upright and facing. jsonl and
     csv have rvec [rad] and tvec [m] in camera axes, too, and the quaternion qw qx qy qz, whose sign stays.
@@ -161,10 +167,14 @@ def _read_markers(recording: Recording, request: Request, packets: bool, row_for
         _write((dataclasses.asdict(row) for row in packet_rows(sightings)), PACKET_WIDTHS, row_format)
     else:
         columns = TABLE_WIDTHS if row_format == "table" else SIGHTING_WIDTHS
+        if isinstance(request.receiver, SequentialSettings) and row_format != "table":
+            columns = {**columns, **dict.fromkeys(EVIDENCE_COLUMNS, 0)}
         _write(_rows(sightings), columns, row_format)
     if recording.dropped:
         counts = ", ".join(f"{count:,} {cause}" for cause, count in recording.dropped.items())
         click.echo(f"{recording.path}: dropped {counts}", err=True)
+    if not answer.ids and not quiet and not isinstance(request.receiver, ReceiverSettings):
+        answer.explain()
     _say(answer.lines(), quiet)
     if not answer.ids and answer.reasons and not quiet:
         _say(find_settings(answer.begin, request.settings), quiet)

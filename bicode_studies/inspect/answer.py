@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bicode_lab.events import Events
-from bicode_lab.recognition import ReceiverSettings, Sighting
+from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
 from bicode_studies.inspect.time_unit import remark_on_times
 
 BEGIN_US, MOST_BEGIN_EVENTS = 2_000_000, 4_000_000  # what is kept of the beginning: 64 MB at most
@@ -142,6 +142,11 @@ class Answer:
                 if one.marker_2d_id is not None:
                     self.patterns.setdefault(one.marker_2d_id, Seen()).add(one)
             yield one
+
+    def explain(self) -> None:
+        """Count why the regions of the first seconds have no ID, by the paper's receiver, which names each region."""
+        for one in recognise(self.begin, self.settings):
+            self.reasons[one.reason or "no_events"] += 1
 
     @property
     def n_periods(self) -> int:

@@ -14,6 +14,7 @@ import click
 
 from bicode_lab.marker import PacketFormat
 from bicode_lab.recognition import ReceiverSettings, Sighting, settings_for
+from bicode_lab.sequential import SequentialSettings
 from bicode_lab.soft_receiver import SoftSettings
 from bicode_studies.cli.helpers.camera_file import Camera, read_camera
 from bicode_studies.cli.helpers.marker_options import marker_of
@@ -29,8 +30,9 @@ TIMES = {
 }
 CAMERA_HELP = "Calibration of the camera for the pose: YAML of OpenCV, camera_info of ROS, or camchain of Kalibr."
 
-Settings = ReceiverSettings | SoftSettings
+Settings = ReceiverSettings | SequentialSettings | SoftSettings
 RECEIVERS: dict[str, Callable[[ReceiverSettings], Settings]] = {
+    "sequential": lambda settings: SequentialSettings(receiver=settings),
     "paper": lambda settings: settings,
     "soft": lambda settings: SoftSettings(receiver=settings),
 }
@@ -52,7 +54,7 @@ class Request:
     ----------
     settings : ReceiverSettings
         Packet, times, sensor and camera.
-    receiver : ReceiverSettings or SoftSettings
+    receiver : ReceiverSettings, SequentialSettings or SoftSettings
         The receiver that was chosen, with these settings.
     camera : Camera or None
         The camera of ``--camera``.
