@@ -186,6 +186,10 @@ class Decoder:
         self._at_end = True
         return no_events() if self._order is None else self._order.judge(no_events(), final=True)
 
+    def count(self, rule: int) -> None:
+        """Count something that lenient reading leaves out."""
+        self.tally[rule, COUNT] += 1
+
     def note_end(self, rule: int, count: int, place: int = 0) -> None:
         """Record an offence at the end of the file.
 

@@ -4,9 +4,7 @@
 file that breaks a rule raises `RecordingError`: one line that says where. With ``lenient=True`` every good event is
 read, and `Recording.dropped` counts the others by cause.
 
-All formats but AEDAT4 are read by this package, through h5py, scipy, pyarrow and rosbags where there is a container to
-open. AEDAT4 is read by faery. This has one limit: faery silently replaces a backward time of an AEDAT4 file by the
-latest time before it, and this cannot be noticed here, because only faery can open the compressed packets.
+All formats are read by this package, through h5py, pyarrow and rosbags where there is a container to open.
 """
 
 from __future__ import annotations
@@ -16,13 +14,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import faery
 import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.events import Events, join, windows
 from bicode_lab.recordings.aedat.aedat2 import read_aedat2, unknown_camera
 from bicode_lab.recordings.aedat.aedat3 import read_aedat3
+from bicode_lab.recordings.aedat.aedat4 import read_aedat4
 from bicode_lab.recordings.bags.containers import read_bag
 from bicode_lab.recordings.decode import TRIGGER_DTYPE, Decoder
 from bicode_lab.recordings.formats import Header, RecordingError
@@ -231,31 +229,10 @@ def _settle_size(
     return (asked, "caller") if asked else (_ASSUMED_SIZE_PX, "assumed")
 
 
-def _read_aedat4(path: Path, decoder: Decoder) -> Iterator[Events]:
-    """Yield faery's packets of an AEDAT4 file as event arrays, each validated; it is compressed, so faery opens it."""
-    n_events = 0
-    try:
-        for packet in faery.events_stream_from_file(path, file_type="aedat"):
-            n_events += packet.size
-            yield decoder.filter((packet["x"], packet["y"], packet["on"], packet["t"]))
-    except (GeneratorExit, RecordingError):
-        raise
-    except BaseException as error:
-        if not isinstance(error, Exception) and type(error).__name__ != "PanicException":
-            raise
-        if decoder.lenient:
-            decoder.note_end(REST, 1)
-            return
-        words = " ".join(str(error).split())[:120]
-        raise RecordingError(
-            f"{path}: damaged after {n_events:,} good events ({words}); export or copy it again"
-        ) from None
-
-
 _READERS: dict[str, Callable[[Path, Decoder], Iterator[Events]]] = {
     "AEDAT2": read_aedat2,
     "AEDAT3.1": read_aedat3,
-    "AEDAT4": _read_aedat4,
+    "AEDAT4": read_aedat4,
     "CSV": read_lines,
     "text": read_lines,
     "HDF5": read_hdf5,

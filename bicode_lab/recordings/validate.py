@@ -47,7 +47,7 @@ _DROPPED = {
     LINE: "lines that hold no event",
     CUT: "bytes at the cut end",
     VECTOR: "vector of events cut at the end",
-    REST: "unreadable rest of the file",
+    REST: "packets that cannot be read, or the rest of the file",
     NUMBER: "events with a value that is no whole number",
     MARK: "external triggers without a known time",
 }

@@ -102,6 +102,50 @@ def write_aedat3(path, events):
     path.write_bytes(AEDAT3_HEAD + special + b"".join(packets))
 
 
+TRACKS = """<dv version="2.0"><node name="outInfo"><node name="0"><attr key="typeIdentifier">FRME</attr></node>
+<node name="1"><attr key="typeIdentifier">EVTS</attr>
+<node name="info"><attr key="sizeX">346</attr><attr key="sizeY">260</attr></node></node>
+<node name="2"><attr key="typeIdentifier">TRIG</attr></node></node></dv>"""
+
+
+def aedat4_head(compression=0):
+    """Return the header of an AEDAT4 file: a flatbuffer with compression, end (-1: of the file) and the tracks."""
+    text = TRACKS.encode()
+    fields = struct.pack("<5H", 10, 24, 4, 8, 16) + bytes(2)  # sizes, then where each of the three is in the table
+    table = struct.pack("<iiqI", 12, compression, -1, 8) + bytes(4) + struct.pack("<I", len(text)) + text
+    buffer = struct.pack("<I", 20) + b"IOHE" + fields + table
+    return b"#!AER-DAT4.0\r\n" + struct.pack("<I", len(buffer)) + buffer
+
+
+def aedat4_events(events):
+    """Return a packet of events, not compressed."""
+    table = struct.pack("<HHHxxiI", 6, 8, 4, 8, 4) + struct.pack("<I", events.size)
+    rows = np.zeros(events.size, [("t", "<i8"), ("x", "<i2"), ("y", "<i2"), ("p", "u1"), ("free", "u1", 3)])
+    for name in ("t", "x", "y", "p"):
+        rows[name] = events[name]
+    content = struct.pack("<I", 16) + b"EVTS" + table + rows.tobytes()
+    return struct.pack("<I", len(content)) + content
+
+
+def aedat4_triggers(rows):
+    """Return a packet of triggers (time, kind), not compressed; each is a table of its own."""
+    places, tables = b"", b""
+    for k, (t, kind) in enumerate(rows):
+        places += struct.pack("<I", 4 * (len(rows) - k) + 24 * k + 8)
+        tables += struct.pack("<4Hiqb3x", 8, 16, 4, 12, 8, t, kind)
+    content = struct.pack("<I", 16) + b"TRIG" + struct.pack("<HHHxxiI", 6, 8, 4, 8, 4)
+    content += struct.pack("<I", len(rows)) + places + tables
+    return struct.pack("<I", len(content)) + content
+
+
+def write_aedat4(path, events, triggers=(), compression=0, pack=bytes):
+    """Write a file with a packet of a frame, three of events, and one of triggers where there are any."""
+    packets = [(0, b"a frame")] + [(1, pack(aedat4_events(part))) for part in np.array_split(events, 3)]
+    packets += [(2, pack(aedat4_triggers(triggers)))] if triggers else []
+    body = b"".join(struct.pack("<iI", track, len(packet)) + packet for track, packet in packets)
+    path.write_bytes(aedat4_head(compression) + body)
+
+
 def write_text(path, events):
     """Write lines as the Event Camera Dataset has them: t [s] x y p."""
     path.write_text("".join(f"{t // 10**6}.{t % 10**6:06d} {x} {y} {p}\n" for x, y, p, t in events.tolist()))
@@ -266,6 +310,7 @@ FILES = {
     "cd.dat": write_dat,
     "davis.aedat": write_aedat2,
     "davis31.aedat": write_aedat3,
+    "dv.aedat4": write_aedat4,
     "ecd.txt": write_text,
     "size.txt": write_text_with_size,
     "vendor.csv": write_vendor_csv,

@@ -169,10 +169,10 @@ def test_the_command_line_says_what_was_dropped_and_what_was_assumed(tmp_path):
     assert strict.exit_code != 0
     done = CliRunner().invoke(decode, ["--lenient", str(path)])
     assert done.exit_code == 0
-    assert done.stderr == f"{path}: dropped 1 events outside the sensor\n"
+    assert f"{path}: dropped 1 events outside the sensor\n" in done.stderr
     path.write_bytes(evt3(0x8001, 0x0005, 0x2001).replace(b"% geometry 640x480\n", b""))
     done = CliRunner().invoke(decode, [str(path)])
-    assert done.stderr == f"{path}: does not state its sensor size; 1280x720 px assumed (--width, --height)\n"
+    assert f"{path}: does not state its sensor size; 1280x720 px assumed (--width, --height)\n" in done.stderr
 
 
 def test_the_command_line_writes_every_format(tmp_path):

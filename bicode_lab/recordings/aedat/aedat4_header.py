@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import BinaryIO
 from xml.etree import ElementTree
 
+from bicode_lab.recordings.aedat.aedat4 import Tracks
 from bicode_lab.recordings.formats import Header, RecordingError, raise_unless_lenient
 
 
 def read_aedat4_header(path: Path, file: BinaryIO, lenient: bool) -> Header:
     """Read an AEDAT4 header, and walk through the packet lengths so that a cut file is noticed.
-
-    This is done with care, because faery can crash the whole process where a header is damaged.
 
     Parameters
     ----------
@@ -40,8 +39,8 @@ def read_aedat4_header(path: Path, file: BinaryIO, lenient: bool) -> Header:
     table = file.read(min(length, total))
     offset = 18 + length
     try:
-        end, description = _parse_aedat_head(table if len(table) == length else b"")
-        size_px = _aedat_size(description)
+        end, compression, description = _parse_aedat_head(table if len(table) == length else b"")
+        size_px, events, triggers = _tracks(description)
     except (struct.error, UnicodeDecodeError, ElementTree.ParseError, ValueError):
         raise RecordingError(
             f"{path}: cut short or damaged in the header, before byte {offset}; copy it again"
@@ -64,11 +63,12 @@ def read_aedat4_header(path: Path, file: BinaryIO, lenient: bool) -> Header:
         if at + 8 + length > end:
             raise_unless_lenient(lenient, f"{path}: cut short in the packet at byte {at} of {end}; copy it again")
         at += 8 + length
-    return Header(format="AEDAT4", size_px=size_px, offset=offset)
+    tracks = Tracks(end=end, compression=compression, events=events, triggers=triggers)
+    return Header(format="AEDAT4", size_px=size_px, offset=offset, layout=tracks)
 
 
-def _parse_aedat_head(table: bytes) -> tuple[int, str]:
-    """Return from the flatbuffer 'IOHE' the byte at which its packets end (-1: end of file), and its XML text."""
+def _parse_aedat_head(table: bytes) -> tuple[int, int, str]:
+    """Return from the flatbuffer 'IOHE' where its packets end (-1: end of file), their compression and its XML text."""
     if table[4:8] != b"IOHE":
         raise ValueError("not an IOHeader")
     (root,) = struct.unpack_from("<I", table, 0)
@@ -86,13 +86,17 @@ def _parse_aedat_head(table: bytes) -> tuple[int, str]:
     at += struct.unpack_from("<I", table, at)[0]
     (length,) = struct.unpack_from("<I", table, at)
     (text,) = struct.unpack_from(f"<{length}s", table, at + 4)
-    return end, text.decode("utf-8")
+    return end, compression, text.decode("utf-8")
 
 
-def _aedat_size(description: str) -> tuple[int, int] | None:
-    """Return the sensor size of the first event track in the XML of an AEDAT4 file, or None."""
+def _tracks(description: str) -> tuple[tuple[int, int] | None, int, int]:
+    """Return the size of the first track of events in the XML of a file, its number, and that of triggers or -1."""
+    size_px, events, triggers = None, -1, -1
     for track in ElementTree.fromstring(description).iterfind("node[@name='outInfo']/node"):
-        if track.findtext("attr[@key='typeIdentifier']") == "EVTS":
+        kind = track.findtext("attr[@key='typeIdentifier']")
+        if kind == "EVTS" and events < 0:
             width, height = (track.findtext(f"node[@name='info']/attr[@key='size{side}']") for side in "XY")
-            return int(width or ""), int(height or "")
-    return None
+            size_px, events = (int(width or ""), int(height or "")), int(track.get("name", ""))
+        elif kind == "TRIG" and triggers < 0:
+            triggers = int(track.get("name", ""))
+    return size_px, events, triggers

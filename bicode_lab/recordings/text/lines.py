@@ -13,7 +13,7 @@ from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder, as_integers
 from bicode_lab.recordings.formats import RecordingError
 from bicode_lab.recordings.text.layout import US_OF, TextLayout
-from bicode_lab.recordings.validate import COUNT, LENIENT_HINT, LINE, MAX_TIME_US, Ints
+from bicode_lab.recordings.validate import LENIENT_HINT, LINE, MAX_TIME_US, Ints
 
 _BLOCK_BYTES = 1 << 17
 _TRUTHS = ((b"true", b"1"), (b"True", b"1"), (b"TRUE", b"1"), (b"false", b"0"), (b"False", b"0"), (b"FALSE", b"0"))
@@ -112,4 +112,4 @@ def _line_by_line(lines: list[bytes], number: int, decoder: Decoder) -> Iterator
                 what = f"whole numbers for x, y and p, and t in {layout.unit}"
             message = f"line {number + i:,} is {text!r}; each line holds {what}"
             raise RecordingError(f"{decoder.path}: {message}; correct it or export the file again, {LENIENT_HINT}")
-        decoder.tally[LINE, COUNT] += 1
+        decoder.count(LINE)

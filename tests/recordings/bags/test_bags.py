@@ -109,7 +109,7 @@ def test_a_message_cut_short(tmp_path, is_cdr):
         open_recording(path).read()
     recording = open_recording(path, lenient=True)
     assert recording.read().tolist() == ROWS
-    assert recording.dropped == {"unreadable rest of the file": 1}
+    assert recording.dropped == {"packets that cannot be read, or the rest of the file": 1}
 
 
 @pytest.mark.parametrize(
