@@ -220,3 +220,16 @@ def test_writing_holds_a_chunk_and_no_more(tmp_path):
     finally:
         tracemalloc.stop()
     assert peak_bytes < 0.25 * 1_000_000 * EVENT_DTYPE.itemsize
+
+
+@pytest.mark.parametrize("suffix", [".dat", ".csv", ".aedat4"])
+def test_a_full_disk_is_named_where_faery_writes(tmp_path, some_events, monkeypatch, suffix):
+    def fill_the_disk(*_arguments, **_options):
+        raise RuntimeError("No space left on device (os error 28)")
+
+    monkeypatch.setattr("faery.file_encoder.events_to_file", fill_the_disk)
+    with pytest.raises(
+        RecordingError, match=r"cannot be written \(No space left on device \(os error 28\)\); check the fol"
+    ):
+        write_recording(tmp_path / f"a{suffix}", some_events, *SIZE_PX)
+    assert not list(tmp_path.iterdir())

@@ -38,6 +38,7 @@ def test_names_of_arrays(tmp_path, names):
         ("t_s", COLUMNS["t"] / 1e6),
         ("t", COLUMNS["t"] / 1e6),
         ("t", COLUMNS["t"].astype(float)),
+        ("t", COLUMNS["t"] + np.where(np.arange(N) % 5 < 2, 0.25, 0)),
         ("ts", (COLUMNS["t"] / 1e6).astype(np.float64)),
     ],
 )
