@@ -8,7 +8,7 @@ import pytest
 from bicode_lab.marker import PacketFormat
 from bicode_lab.sequential.fold import PHASES, Bins
 from bicode_lab.sequential.levels import GUESS_CHIPS, GUESS_EVENTS
-from bicode_lab.sequential.rivals import BURST_CHIPS, LAMP_PHASES, burst_score, find_rivals, lamp_score
+from bicode_lab.sequential.rivals import LAMP_PHASES, burst_score, find_rivals, lamp_score
 
 from .light import bins_of, lamp, marker, noise
 
@@ -31,7 +31,7 @@ def grouped(bins: Bins, groups: np.ndarray, dispersion: np.ndarray) -> float:
 def test_bursts_are_the_plain_sum() -> None:
     rng = np.random.default_rng(0)
     bins = Bins(10 + np.sort(rng.uniform(0, 66, 528)), rng.poisson(1.0, (528, 2)).astype(float))
-    groups = np.floor((bins.chips - bins.chips[0]) / BURST_CHIPS).astype(int)
+    groups = np.floor((bins.chips - bins.chips[0]) / 4).astype(int)
     for dispersion in (ONES, np.array([1.5, 4.0])):
         assert burst_score(bins, dispersion) == pytest.approx(grouped(bins, groups, dispersion))
 
