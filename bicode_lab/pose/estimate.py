@@ -14,6 +14,7 @@ from bicode_lab.events import Events
 from bicode_lab.pose.fit import Look, start_light
 from bicode_lab.pose.led_clock import LedClock, fit_clock
 from bicode_lab.pose.lock_in import LockIn, lock_in
+from bicode_lab.pose.moving import moving_lock_in
 from bicode_lab.pose.result import PlatePose, PoseEstimate
 from bicode_lab.pose.search import Solution, search
 from bicode_lab.pose.settings import PoseSettings
@@ -25,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 BORDER_PX = 6  # around the box of the track: the blur and what the regions leave out
 MOST_PIXELS = 5000  # a look at a larger box leaves pixels out
 N_STARTS = 5  # pairs of mirrored starts
+LEAST_LIKENESS = 0.1  # starts whose correlation is worse than the best one by more than this are left out
 
 
 def estimate_pose(
@@ -33,8 +35,9 @@ def estimate_pose(
     settings: PoseSettings | None = None,
     *,
     period_us: int = 33_000,
+    moving: bool = False,
 ) -> PoseEstimate:
-    """Estimate the pose of a marker that stands still in one or several periods.
+    """Estimate the pose of a marker in one or several periods.
 
     Parameters
     ----------
@@ -46,6 +49,10 @@ def estimate_pose(
         None takes the default settings.
     period_us : int
         Length of a period, delta_t_whole [us].
+    moving : bool
+        Whether the plate may move: its events are then taken back to the middle of the time along its motion in the
+        image, which is found first, with any turn in the image plane. A tilted plate that spins fast is no such motion.
+        Give one period.
 
     Returns
     -------
@@ -74,6 +81,9 @@ def estimate_pose(
     core = Box(named[0].x, named[0].y, named[0].w, named[0].h)
     for sighting in named[1:]:
         core = core.union(Box(sighting.x, sighting.y, sighting.w, sighting.h))
+    if moving:
+        back = moving_lock_in(events, clock, core, start_us, end_us)
+        return PoseEstimate(t_us=t_us, reason="no_edges") if back is None else pose_of_image(back, settings)
     wide = Box(core.x - BORDER_PX, core.y - BORDER_PX, core.w + 2 * BORDER_PX, core.h + 2 * BORDER_PX)
     image = lock_in(events, clock, wide.clipped(settings.width, settings.height), start_us, end_us, core)
     if image is None:
@@ -127,7 +137,7 @@ def pose_of_image(image: LockIn, settings: PoseSettings) -> PoseEstimate:
     odds = np.exp([found[0][0].cost - each.cost for each, _ in found])
     cell_m = settings.board.size_m / settings.board.cells().shape[0]
     poses = tuple(
-        _plate_pose(each, cell_m, float(share), aruco_id)
+        _plate_pose(each, cell_m, float(share), aruco_id, np.array(image.doubt_px) / settings.focal_px)
         for (each, aruco_id), share in zip(found, odds / odds.sum(), strict=True)
     )
     return PoseEstimate(t_us=image.t_us, poses=poses, lock_in=image)
@@ -174,15 +184,18 @@ def _starts(image: LockIn, light: tuple[Floats, Floats], settings: PoseSettings)
             ranked.append((score, aruco_id, poses_of(maps[k], place, offset, settings.camera)))
     ranked.sort(key=lambda each: -each[0])
     starts: dict[int, list[PoseStart]] = {}
-    for _, aruco_id, pair in ranked[:N_STARTS]:
+    for score, aruco_id, pair in ranked[:N_STARTS]:
+        if score < ranked[0][0] - LEAST_LIKENESS:
+            break
         starts.setdefault(aruco_id, []).extend(pair)
     return starts
 
 
-def _plate_pose(solution: Solution, cell_m: float, probability: float, aruco_id: int) -> PlatePose:
-    """Return a solution in metres."""
+def _plate_pose(solution: Solution, cell_m: float, probability: float, aruco_id: int, doubt: Floats) -> PlatePose:
+    """Return a solution in metres; `doubt` is that of the direction in x and y [rad]."""
     unit = np.diag([1, 1, 1, cell_m, cell_m, cell_m])
+    aside = np.diag([0, 0, 0, *(doubt * solution.place[2] * cell_m) ** 2, 0])
     return PlatePose(
-        rotation=solution.rotation, position_m=solution.place * cell_m, covariance=unit @ solution.covariance @ unit,
-        probability=probability, aruco_id=aruco_id,
+        rotation=solution.rotation, position_m=solution.place * cell_m,
+        covariance=unit @ solution.covariance @ unit + aside, probability=probability, aruco_id=aruco_id,
     )  # fmt: skip

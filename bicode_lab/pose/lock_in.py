@@ -51,6 +51,8 @@ class LockIn:
         Learned delay of the phase behind the edges that were decoded [us].
     t_us : float
         Middle of the span of time [us].
+    doubt_px : tuple of 2 floats
+        Standard deviation of the place of the whole image, along x and y; 0 for a plate that stands still [px].
     """
 
     box: Box
@@ -59,6 +61,7 @@ class LockIn:
     n_edges: int
     lag_us: float
     t_us: float
+    doubt_px: tuple[float, float] = (0.0, 0.0)
 
 
 def lock_in(

@@ -38,11 +38,12 @@ LEAST_FACTOR, MOST_SQUARE = 0.3, 16.0  # limits of that factor, and of one pixel
 SHORT, LONG = 12, 40  # steps of a fit that is compared with others, and of one that is given out
 WORTH_LOG_ODDS = 8.0  # poses that are less probable by this are not given out ...
 WORTH_SHORT = 25.0  # ... and those that are so much worse after a short fit are not followed
+NEAR_DEG = 5.0  # a start so near to a pose that was found already is not followed
 SAME_DEG, SAME_DISTANCE = (
     1.0,
     2.0,
 )  # fits that are nearer than one of these are the same; the second is Mahalanobis', squared
-LEAST_BARRIER, CLEAR_BARRIER, SMALL_BARRIER = 2.0, 8.0, 0.1
+LEAST_BARRIER, CLEAR_BARRIER = 3.5, 8.0
 TILT = (0, 1)  # parameters of a fit
 SLOW_LIGHT = tuple(range(N_POSE + 1, N_ALL))  # everything about the light but its brightness
 MOST_TURN_DEG = 60.0  # mirrored poses farther apart are never one pose
@@ -97,8 +98,10 @@ def search(look: Look, starts: Sequence[PoseStart], light: Floats) -> list[Solut
     followed = [best, *(fit for fit in fits[1:] if fit.cost < fits[0].cost + WORTH_SHORT)]
     done: list[Fit] = []
     for fit in followed:
+        if any(_deg(fit.rotation, other.rotation) < NEAR_DEG for other in done):
+            continue
         _follow(exact, fit.rotation, fit, done)
-        _follow(exact, mirrored(done[-1].rotation, done[-1].place), fit, done)
+        _follow(exact, mirrored(done[-1].rotation, done[-1].place), done[-1], done)
     done.sort(key=lambda fit: fit.cost)
     return _merged(exact, _different([fit for fit in done if fit.cost < done[0].cost + WORTH_LOG_ODDS]))
 
@@ -140,6 +143,11 @@ def _rough_variance(seen: Floats) -> Floats:
 def _follow(look: Look, rotation: Floats, fit: Fit, done: list[Fit]) -> None:
     """Fit from a rotation and the place and light of another fit, and keep the result."""
     done.append(fit_pose(look, rotation, fit.place, fit.light, LONG))
+
+
+def _deg(first: Floats, second: Floats) -> float:
+    """Return the angle between two rotations [deg]."""
+    return float(np.degrees(np.linalg.norm(_turn(first, second))))
 
 
 def _turn(first: Floats, second: Floats) -> Floats:
@@ -187,17 +195,25 @@ def _merged(look: Look, fits: list[Fit]) -> list[Solution]:
             groups.append([fit])
     for group in groups:
         if len(group) == 1 and id(group[0]) not in wider:  # its mirrored start led back to it, or away
-            wider[id(group[0])] = _widened_to_facing(look, group[0])
+            wider[id(group[0])] = _towards_facing(look, group)
     return [_together(group, [wider.get(id(fit), _covariance(fit)) for fit in group]) for group in groups]
 
 
-def _widened_to_facing(look: Look, fit: Fit) -> Floats:
-    """Return the covariance of a fit, widened where a plate that faces the camera is not improbable."""
+def _towards_facing(look: Look, group: list[Fit]) -> Floats:
+    """Return the covariance of a group's only fit, where a plate that faces the camera may explain the look as well.
+
+    If it does, the mirrored pose is added to the group, although it is no solution of its own.
+    """
+    fit = group[0]
     opposite = replace(fit, rotation=mirrored(fit.rotation, fit.place))
     apart = _apart(fit, opposite)
     if np.degrees(np.linalg.norm(apart[:3])) > MOST_TURN_DEG:
         return _covariance(fit)
-    barrier = max(_barrier(look, fit, opposite), SMALL_BARRIER)
+    opposite = fit_pose(look, opposite.rotation, fit.place, fit.light, LONG, TILT)
+    barrier = _barrier(look, fit, replace(opposite, cost=fit.cost))
+    if barrier < LEAST_BARRIER:
+        group.append(replace(opposite, matrix=fit.matrix))
+        return _covariance(fit)
     return _widened(_covariance(fit), apart / 2, barrier) if barrier < CLEAR_BARRIER else _covariance(fit)
 
 
