@@ -50,6 +50,7 @@ KNOWS: dict[str, dict[str, set[str]]] = {
         "paper_experiments": BASE | {"score", "trial", "sweep", "plots"},
         "link_budget": BASE | {"score", "trial", "plots", "paper_experiments"},
         "calibration": BASE | {"score", "trial", "sweep", "plots", "paper_experiments", "real_light"},
+        "pose_accuracy": BASE,
         "robustness": BASE | {"score", "trial", "sweep", "plots", "paper_experiments"},
         "claims": BASE | {"sweep", "paper_experiments", "link_budget"},
         "predictions": {"sweep", "trial", "paper_experiments", "calibration", "claims"},

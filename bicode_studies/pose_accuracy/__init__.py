@@ -1,0 +1,1 @@
+"""How accurate poses are: the ruler, the cases, and tables of errors against the truth."""
