@@ -7,12 +7,10 @@ import dataclasses
 import json
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
-from tqdm import tqdm
 
 from bicode_lab.events import Events
 from bicode_lab.recognition import ReceiverSettings, Sighting, packet_rows, recognise
@@ -25,6 +23,7 @@ from bicode_studies.cli.helpers.kernel_files import say_if_compiling
 from bicode_studies.cli.helpers.marker_options import board_options, marker_option, packet_options
 from bicode_studies.cli.helpers.pose_columns import COLUMNS as POSE_COLUMNS
 from bicode_studies.cli.helpers.pose_columns import PoseColumns
+from bicode_studies.cli.helpers.progress import chunks_with_progress, waiting
 from bicode_studies.cli.helpers.reading import CAMERA_HELP, RECEIVERS, Request, request_of, time_options
 from bicode_studies.cli.options import Number, Real
 from bicode_studies.inspect.answer import Answer
@@ -145,23 +144,23 @@ def decode(
         size = f"{recording.width}x{recording.height}"
         click.echo(f"{file}: does not state its sensor size; {size} px assumed (--width, --height)", err=True)
     if triggers:
-        for _ in _with_progress_bar(recording):
+        for _ in chunks_with_progress(recording):
             pass
         _write((_trigger_row(mark) for mark in recording.triggers.tolist()), TRIGGER_WIDTHS, row_format)
         return
     request = request_of(options, recording.width, recording.height, periods=2 if packets else 1)
     say_if_compiling()
     if find:
-        _say(find_settings(_with_progress_bar(recording), request.settings), quiet=False)
+        _say(find_settings(chunks_with_progress(recording), request.settings), quiet=False)
     else:
         _read_markers(recording, request, packets, row_format, quiet)
 
 
 def _read_markers(recording: Recording, request: Request, packets: bool, row_format: str, quiet: bool) -> None:
     """Write a row for each sighting, or for each packet, and the answer in words."""
-    _say([request.remark] if request.remark else [], quiet)
-    answer = Answer(request.settings, None if quiet else partial(click.echo, err=True))
-    events = answer.events(_with_progress_bar(recording))
+    _say(request.remarks, quiet)
+    answer = Answer(request.settings)
+    events = answer.events(chunks_with_progress(recording))
     sightings = answer.sightings(map(request.corrected, recognise(events, request.receiver)))
     if packets:
         _write((dataclasses.asdict(row) for row in packet_rows(sightings)), PACKET_WIDTHS, row_format)
@@ -175,7 +174,7 @@ def _read_markers(recording: Recording, request: Request, packets: bool, row_for
         click.echo(f"{recording.path}: dropped {counts}", err=True)
     if not answer.ids and not quiet and not isinstance(request.receiver, ReceiverSettings):
         answer.explain()
-    _say(answer.lines(), quiet)
+    _say(answer.lines(times_are_told=bool(recording.remarks)), quiet)
     if not answer.ids and answer.reasons and not quiet:
         _say(find_settings(answer.begin, request.settings), quiet)
         _say(["bicode inspect says whether the recording itself is sound"], quiet)
@@ -217,7 +216,8 @@ def _read_letters(
     else:
         events = open_recording(file, width=width, height=height).read()
     _refuse_long_span(file, events, rate_hz)
-    reading = read_text(events, line)
+    with waiting("reading letters"):
+        reading = read_text(events, line)
     if reading.warning:
         click.echo(f"{file}: {reading.warning}", err=True)
     rows = [dataclasses.asdict(letter) for letter in reading.characters]
@@ -235,25 +235,6 @@ def _refuse_long_span(file: Path, events: Events, rate_hz: float) -> None:
             f"{file}: {events.size:,} events in {span_s:,.0f} s, or {span_s * rate_hz:.2g} bits at {rate_hz:g} Hz; "
             f"at most {MAX_UART_BITS:,} are read: check the unit of the times, or cut out where the light sends"
         )
-
-
-def _with_progress_bar(recording: Recording) -> Iterator[Events]:
-    """Yield the recording's chunks, with a progress bar on a terminal if they take longer than two seconds."""
-    said: set[str] = set()
-    with tqdm(unit=" events", unit_scale=True, disable=None, delay=2) as bar:
-        for chunk in recording.chunks():
-            _say_remarks(recording, said)
-            yield chunk
-            bar.update(chunk.size)
-    _say_remarks(recording, said)
-
-
-def _say_remarks(recording: Recording, said: set[str]) -> None:
-    """Say what the recording remarks, each line once and as soon as it is known."""
-    for line in recording.remarks:
-        if line not in said:
-            said.add(line)
-            click.echo(f"{recording.path}: {line}", err=True)
 
 
 def _trigger_row(mark: tuple[int, int, int]) -> Row:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from bicode_lab.recordings import open_recording
 from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
+from bicode_studies.cli.helpers.progress import waiting
 from bicode_studies.cli.options import Real, needs_repository, parallel_options
 from bicode_studies.repository import results_folder
 from bicode_studies.robustness.false_ids import RECEIVERS, add_up, clutter_trials, count_ids, count_piece, rates
@@ -79,7 +80,8 @@ def _count_file(file: Path, receivers: Sequence[str]) -> pd.DataFrame:
     if not events.size:
         raise ValueError(f"{file.name} holds no events, so there is nothing to count in; leave it out")
     seconds = (int(events["t"][-1]) - int(events["t"][0])) * 1e-6
-    table = add_up(count_ids(events, seconds, recording.width, recording.height, receivers=receivers))
+    with waiting(f"counting in {file.name}"):
+        table = add_up(count_ids(events, seconds, recording.width, recording.height, receivers=receivers))
     table.insert(0, "clutter", file.name)
     table["events"] = events.size
     return table

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bicode_studies.cli.helpers.output_files import force_option, refuse_existing
+from bicode_studies.cli.helpers.progress import waiting
 from bicode_studies.cli.options import needs_repository
 
 if TYPE_CHECKING:
@@ -66,7 +67,8 @@ def run(
             raise ValueError(f"{notebook!r} is the start of {', '.join(p.stem for p in found)}; give one of them")
         path = found[0]
     try:
-        done = run_notebook(path, dict(parameters), output=output, quick=quick, figures=figures)
+        with waiting(f"running {path.name}"):
+            done = run_notebook(path, dict(parameters), output=output, quick=quick, figures=figures)
     except NotebookError as error:
         click.echo(f"bicode: {error}", err=True)
         return 1

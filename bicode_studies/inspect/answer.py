@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +13,6 @@ from bicode_lab.recognition import ReceiverSettings, Sighting, recognise
 from bicode_studies.inspect.time_unit import remark_on_times
 
 BEGIN_US, MOST_BEGIN_EVENTS = 2_000_000, 4_000_000  # what is kept of the beginning: 64 MB at most
-EARLY_US = 10_000_000  # of the recording, after which odd times are told
 MOST_IDS = 20  # lines of the answer
 FEW_PERIODS = 10  # an ID that is read in one of so many periods may be read by chance
 CAUSES = {
@@ -61,8 +60,6 @@ class Answer:
     ----------
     settings : ReceiverSettings
         Settings that were tried.
-    say : callable, optional
-        It is called with a remark as soon as the times are hardly in microseconds, which can take long to read.
 
     Attributes
     ----------
@@ -78,9 +75,8 @@ class Answer:
         The events of the first seconds, to try other settings on.
     """
 
-    def __init__(self, settings: ReceiverSettings, say: Callable[[str], None] | None = None) -> None:
-        self.settings, self._say = settings, say
-        self._is_warned = False
+    def __init__(self, settings: ReceiverSettings) -> None:
+        self.settings = settings
         self.ids: dict[int, Seen] = {}
         self.patterns: dict[int, Seen] = {}
         self.reasons: Counter[str] = Counter()
@@ -109,17 +105,7 @@ class Answer:
                 self.n_events += chunk.size
                 if self.step_us != 1:
                     self.step_us = int(np.gcd(self.step_us, np.gcd.reduce(chunk["t"] - self.first_us)))
-                self._warn()
             yield chunk
-
-    def _warn(self) -> None:
-        """Say once, and early, if the times are hardly in microseconds."""
-        if self._say is None or self._is_warned or self.last_us - self.first_us < EARLY_US:
-            return
-        remark = self.remark_on_times()
-        if remark:
-            self._is_warned = True
-            self._say(remark)
 
     def sightings(self, sightings: Iterable[Sighting]) -> Iterator[Sighting]:
         """Pass sightings on.
@@ -157,8 +143,13 @@ class Answer:
         """Return a remark if the times are hardly in microseconds."""
         return remark_on_times(self.n_events, self.last_us - self.first_us, self.step_us)
 
-    def lines(self) -> list[str]:
+    def lines(self, times_are_told: bool = False) -> list[str]:
         """Return the answer, line by line.
+
+        Parameters
+        ----------
+        times_are_told : bool
+            Whether the user knows already what is odd about the times.
 
         Returns
         -------
@@ -169,7 +160,7 @@ class Answer:
         seconds, period_ms = (self.last_us - self.first_us) * 1e-6, self.settings.delta_t_whole_us / 1e3
         head = f"{self.n_events:,} events in {seconds:.3f} s: {self.n_periods:,} x {period_ms:g} ms"
         if not self.ids:
-            return [head, *self._none()]
+            return [head, *self._none(times_are_told)]
         found = sorted(self.ids.items(), key=lambda item: -item[1].n_periods)
         lines = [head, *(self._found(f"ID {number}", seen) for number, seen in found[:MOST_IDS])]
         if len(found) > MOST_IDS:
@@ -200,10 +191,10 @@ class Answer:
         alone = {number: seen for number, seen in self.patterns.items() if number not in known}
         return [self._found(f"2D marker {number} without an ID", seen) for number, seen in sorted(alone.items())]
 
-    def _none(self) -> list[str]:
+    def _none(self, times_are_told: bool) -> list[str]:
         """Return the lines that say what was tried where there is no ID, and why that may be."""
         line = f"no marker: tried {in_words(self.settings)}"
-        times = None if self._is_warned else self.remark_on_times()
+        times = None if times_are_told else self.remark_on_times()
         if not self.reasons:
             quiet = "nothing blinks anywhere, and no 2D marker is seen"
             return [f"{line}; {quiet}", *([times] if times else [])]

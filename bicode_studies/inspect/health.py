@@ -108,7 +108,7 @@ def _times(m: Measures) -> Finding:
     words = f"{m.n_events:,} events in {m.span_us * 1e-6:,.3f} s"
     if remark:
         return Finding(name="times", state="bad", words=remark)
-    longest = max(m.holes, key=lambda hole: hole[1], default=(0, 0))
+    longest = m.longest_gap
     if longest[1] >= LONG_GAP_US:
         where = f"{words}, but none for {longest[1] * 1e-6:.1f} s from {(longest[0] - m.first_us) * 1e-6:.3f} s on"
         advice = "a part is missing, or times jump: record again, or cut the recording there"

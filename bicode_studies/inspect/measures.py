@@ -21,6 +21,7 @@ BUSY_PER_MS = 1_000  # events in the millisecond before and after a hole
 ROW_RATIO = 4.0  # a saturated row has so many times the events of the rows around it
 REST_OF_ROW = 0.8  # the busiest pixels of a row, such as those of a light, are left out
 ROW_HALF = 8  # rows on each side that count as around
+PIECE_BINS, MOST_PIECES = 4_000, 200  # of the rate, for its spectrum: 4 s each
 FREQUENCIES_HZ = np.arange(20.0, 480.0, 1.0)
 
 Counts = npt.NDArray[np.int64]
@@ -48,7 +49,9 @@ class Measures:
     per_pixel : ndarray of int64, shape (height, width)
         Events of each pixel.
     holes : list of (int, int)
-        Start and length of gaps between busy times [us].
+        Start and length of gaps after a busy millisecond [us].
+    longest_gap : (int, int)
+        Start and length of the longest gap [us].
     begin : list of ndarray of EVENT_DTYPE
         The events of the first seconds.
     """
@@ -64,7 +67,9 @@ class Measures:
     off: Counts = field(default_factory=lambda: np.zeros(0, np.int64))
     per_pixel: Counts = field(default_factory=lambda: np.zeros((0, 0), np.int64))
     holes: list[tuple[int, int]] = field(default_factory=list)
+    longest_gap: tuple[int, int] = (0, 0)
     begin: list[Events] = field(default_factory=list)
+    _last_ms: Counts = field(default_factory=lambda: np.zeros(0, np.int64), repr=False)
 
     @property
     def span_us(self) -> int:
@@ -91,8 +96,7 @@ class Measures:
             self.last_us = self.first_us
             self.per_pixel = np.zeros((self.height, self.width), np.int64)
         times = events["t"] - self.first_us
-        gaps = np.diff(times, prepend=self.last_us - self.first_us)
-        self.holes += [(int(self.first_us + times[k] - gaps[k]), int(gaps[k])) for k in np.flatnonzero(gaps > HOLE_US)]
+        self._look_for_gaps(times)
         if self.step_us != 1:
             self.step_us = int(np.gcd(self.step_us, np.gcd.reduce(times)))
         bins, is_on = times // BIN_US, events["p"] == 1
@@ -105,6 +109,20 @@ class Measures:
         self.n_events += events.size
         self.n_on += int(np.count_nonzero(is_on))
         self.last_us = int(events["t"][-1])
+
+    def _look_for_gaps(self, times: Counts) -> None:
+        """Note the longest gap, and the gaps before which the rate was high."""
+        known = np.concatenate([self._last_ms, times])
+        gaps = np.diff(known)
+        if gaps.size:
+            longest = int(np.argmax(gaps))
+            if gaps[longest] > self.longest_gap[1]:
+                self.longest_gap = (int(self.first_us + known[longest]), int(gaps[longest]))
+        new = max(0, self._last_ms.size - 1)  # the gaps before it were looked at with the chunk before
+        for k in np.flatnonzero(gaps[new:] > HOLE_US) + new:
+            if k + 1 - np.searchsorted(known, known[k] - BIN_US) >= BUSY_PER_MS:
+                self.holes.append((int(self.first_us + known[k]), int(gaps[k])))
+        self._last_ms = known[np.searchsorted(known, known[-1] - BIN_US) :].copy()
 
     def hot_pixels(self) -> npt.NDArray[np.int64]:
         """Return x and y of the hot pixels, the busiest first, shape (n, 2) [px].
@@ -135,9 +153,8 @@ class Measures:
         total = self.on + self.off
         found = []
         for start_us, length_us in self.holes:
-            before = (start_us - self.first_us) // BIN_US
             after = (start_us + length_us - self.first_us) // BIN_US
-            if min(total[max(before - 1, 0) : before + 1].max(), total[after : after + 2].max()) >= BUSY_PER_MS:
+            if total[after : after + 2].max() >= BUSY_PER_MS:
                 found.append((start_us, length_us))
         return found
 
@@ -145,17 +162,23 @@ class Measures:
         """Return how strongly the rate swings at each of `FREQUENCIES_HZ`, as a share of the mean rate.
 
         A lamp makes ON events while it gets brighter and OFF events while it gets darker, so each polarity swings once
-        in a period of the light; the stronger one is taken.
+        in a period of the light; the stronger one is taken. Long recordings are looked at piece by piece.
         """
         best = np.zeros(FREQUENCIES_HZ.size)
         for counts in (self.on, self.off):
             if counts.size and counts.sum():
-                times_s = np.arange(counts.size) * BIN_US * 1e-6
-                window = np.hanning(counts.size + 2)[1:-1]
-                weighted = (counts - counts.mean()) * window
-                waves = np.exp(-2j * np.pi * np.outer(FREQUENCIES_HZ, times_s))
-                best = np.maximum(best, 2 * np.abs(waves @ weighted) / (counts.mean() * window.sum()))
+                pieces = np.array_split(counts, max(1, round(counts.size / PIECE_BINS)))
+                swings = [_swings(piece, float(counts.mean())) for piece in pieces[:MOST_PIECES]]
+                best = np.maximum(best, np.sqrt(np.mean(np.square(swings), axis=0)))
         return best
+
+
+def _swings(counts: Counts, mean: float) -> npt.NDArray[np.float64]:
+    """Return the amplitude of the counts at each frequency, as a share of a mean rate."""
+    window = np.hanning(counts.size + 2)[1:-1]
+    waves = np.exp(-2j * np.pi * np.outer(FREQUENCIES_HZ, np.arange(counts.size) * BIN_US * 1e-6))
+    amplitude = 2 * np.abs(waves @ ((counts - counts.mean()) * window)) / window.sum()
+    return np.asarray(amplitude / mean, np.float64)
 
 
 def _added(counts: Counts, bins: npt.NDArray[np.int64], n_bins: int) -> Counts:

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import click
-from tqdm import tqdm
 
 from bicode_lab.events import Events
 from bicode_lab.recordings import open_recording
 from bicode_studies.cli.helpers.kernel_files import say_if_compiling
+from bicode_studies.cli.helpers.progress import chunks_with_progress
 from bicode_studies.cli.options import Number
 from bicode_studies.inspect.health import examine
 
@@ -33,10 +33,7 @@ def inspect(file: Path, width: int | None, height: int | None) -> None:
     dropped: dict[str, int] = {}
 
     def chunks() -> Iterator[Events]:
-        with tqdm(unit=" events", unit_scale=True, disable=None, delay=2) as bar:
-            for chunk in recording.chunks():
-                yield chunk
-                bar.update(chunk.size)
+        yield from chunks_with_progress(recording)
         dropped.update(recording.dropped)
 
     for finding in examine(chunks(), recording.width, recording.height, dropped):

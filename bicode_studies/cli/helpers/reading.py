@@ -36,6 +36,7 @@ RECEIVERS: dict[str, Callable[[ReceiverSettings], Settings]] = {
     "paper": lambda settings: settings,
     "soft": lambda settings: SoftSettings(receiver=settings),
 }
+GIVES_POSES = {"sequential", "paper"}
 READS_WHOLE_PERIODS = {"paper"}  # receivers that read a packet only where it lies whole in a period
 
 
@@ -58,14 +59,14 @@ class Request:
         The receiver that was chosen, with these settings.
     camera : Camera or None
         The camera of ``--camera``.
-    remark : str or None
+    remarks : tuple of str
         What the user should know before it begins.
     """
 
     settings: ReceiverSettings
     receiver: Settings
     camera: Camera | None
-    remark: str | None
+    remarks: tuple[str, ...]
 
     def corrected(self, sighting: Sighting) -> Sighting:
         """Return a sighting whose pose allows for the distortion of the camera."""
@@ -96,11 +97,14 @@ def request_of(options: dict[str, Any], width: int, height: int, *, periods: int
     camera = read_camera(options["camera"]) if options["camera"] else None
     settings = _settings(options, width, height, camera)
     receiver = RECEIVERS[options["receiver"]](settings)
-    remark = None
+    remarks = []
+    if camera is not None and options["receiver"] not in GIVES_POSES:
+        remarks.append(f"--camera is for poses, and --receiver {options['receiver']} gives none; it is not used")
     if options["receiver"] in READS_WHOLE_PERIODS:
         refuse_long_packets(settings, periods)
-        remark = remark_on_long_packets(settings) if periods == 1 else None
-    return Request(settings=settings, receiver=receiver, camera=camera, remark=remark)
+        long = remark_on_long_packets(settings) if periods == 1 else None
+        remarks += [long] if long else []
+    return Request(settings=settings, receiver=receiver, camera=camera, remarks=tuple(remarks))
 
 
 def _settings(options: dict[str, Any], width: int, height: int, camera: Camera | None) -> ReceiverSettings:

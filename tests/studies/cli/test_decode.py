@@ -64,3 +64,14 @@ def test_misuse_of_a_uart_light_is_one_line(
     assert ended.value.code == 2
     assert captured.err.count("\n") == 1
     assert words in captured.err
+
+
+def test_a_camera_that_is_not_used_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "camera.yaml"
+    file.write_text("K: [1646.09, 0, 639.5, 0, 1646.09, 359.5, 0, 0, 1]\n", encoding="utf-8")
+    said = []
+    for receiver in ("soft", "paper"):
+        with pytest.raises(SystemExit):
+            main(["decode", str(NEAR), "--receiver", receiver, "--camera", str(file)])
+        said.append("--camera is for poses, and --receiver soft gives none" in capsys.readouterr().err)
+    assert said == [True, False]

@@ -165,9 +165,15 @@ def test_what_a_lenient_reading_drops_is_told() -> None:
 def test_measures_do_not_depend_on_the_chunks() -> None:
     whole = measure([SOUND], WIDTH, HEIGHT)
     parts = measure(np.array_split(SOUND, 11), WIDTH, HEIGHT)
+    busy = noise(1_000_000, 0.2)
+    torn = busy[(busy["t"] % 20_000 < 4_000) | (busy["t"] % 20_000 > 4_500)]
+    cuts = np.flatnonzero(np.diff(torn["t"]) > 200) + 1  # chunks that end at the gaps
+    gaps = [measure(chunks, WIDTH, HEIGHT).holes for chunks in ([torn], np.split(torn, cuts), np.array_split(torn, 99))]
+    assert len(gaps[0]) == 10
+    assert gaps[0] == gaps[1] == gaps[2]
     for name in ("on", "off", "per_pixel"):
         np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
-    for name in ("n_events", "n_on", "first_us", "last_us", "step_us", "holes"):
+    for name in ("n_events", "n_on", "first_us", "last_us", "step_us", "holes", "longest_gap"):
         assert getattr(whole, name) == getattr(parts, name)
     assert whole.on.sum() == whole.n_on == np.count_nonzero(SOUND["p"] == 1)
     assert whole.per_pixel.sum() == SOUND.size
