@@ -44,8 +44,11 @@ def test_levels_of_different_factors_come_together() -> None:
 def test_the_grid_is_the_one_that_was_asked_for() -> None:
     sizes = [len(levels) for levels in FACTORS]
     assert sizes == [5, 4, 6, 3, 3, 2]
-    assert FACTORS[0][-1] == {"f_id_hz": 4000.0}
+    assert [level["f_id_hz"] for level in FACTORS[0]] == [500, 1000, 2000, 3000, 4000]
     assert [level["distance_m"] for level in FACTORS[2]] == [2.5, 5, 10, 20, 30, 40]
+    assert [level["speed_px_per_s"] for level in FACTORS[3]] == [0, 100, 300]
+    assert [level["amount"] for level in FACTORS[4]] == [0, 20, 4]
+    assert [level["current_ma"] for level in FACTORS[5]] == [10.7, 21.3]
     assert HOME.packet_format.packet_us == 14_000
     assert replace(HOME, payload_bits=32, f_id_hz=2000.0).packet_format.packet_us == 19_000
 
