@@ -7,14 +7,15 @@ from functools import lru_cache
 import numpy as np
 
 from bicode_lab.camera import Lamp, Moving, Optics, PlacedMarker, Pose, Recorder, Scene, Still, Wall, textured_wall
-from bicode_lab.camera.motion import Trajectory
+from bicode_lab.camera.motion import Floats, Trajectory
 from bicode_lab.events import Events, copy_events, join, merge, slice_time
-from bicode_lab.marker import Marker
+from bicode_lab.marker import Board, Marker
 from bicode_lab.recognition import ReceiverSettings, settings_for
 from bicode_studies.robustness.clutter import PICTURES, WINDOW_PX, clutter_scene
 from bicode_studies.robustness.link_conditions import LinkCondition
 
 WINDOW = (96, 72)  # [px]
+EDGE_PX = 4  # the marker's plate comes no nearer to the edge of the window
 WALL_BEHIND = 1.25  # distance of a wall in distances of the marker
 CONTRAST = 0.3
 # A window of this texture makes 40,000 events a second, as many as the busiest window of this size in a recording of an
@@ -50,7 +51,7 @@ def link_scene(condition: LinkCondition, seed: int) -> Scene:
     ----------
     condition : LinkCondition
     seed : int
-        Seed of the payload (1 and more), of the phase of the packet, of the place within a pixel, of the direction in
+        Seed of the payload (1 and more), of the phase of the packet, of the place in the window, of the direction in
         which the marker moves, and of the lamps and the wall.
 
     Returns
@@ -62,7 +63,7 @@ def link_scene(condition: LinkCondition, seed: int) -> Scene:
     settings = settings_of(condition)
     optics = Optics(width=settings.width, height=settings.height)
     px_m = condition.distance_m / optics.focal_px
-    x, y = rng.uniform(-0.5, 0.5, 2)
+    x, y = rng.uniform(-1, 1, 2) * _room_px(condition, px_m)
     direction = rng.choice([-1, 1])
     duration_s = condition.periods * settings.delta_t_whole_us * 1e-6
     start = Pose.facing(
@@ -85,6 +86,15 @@ def link_scene(condition: LinkCondition, seed: int) -> Scene:
         lamps=_lamps(round(condition.amount), rng) if condition.clutter == "lamps" else (),
         wall=_wall(condition.distance_m, optics, rng) if condition.clutter == "wall" else None,
     )
+
+
+def _room_px(condition: LinkCondition, px_m: float) -> Floats:
+    """Return how far the middle of the marker may lie from that of the window, across and down [px].
+
+    A receiver that takes the whole window for one region has no marker in the middle of it.
+    """
+    window = WINDOW_PX["mains and dimmer"] if condition.clutter == "lamps" else WINDOW
+    return np.asarray((np.array(window) - Board().size_m / px_m) / 2 - EDGE_PX)
 
 
 def _path(start: Pose, speed_m_per_s: float) -> Trajectory:
