@@ -12,12 +12,15 @@ from bicode_lab.soft_receiver.text.check import MIN_HELD, NEAR, believed_near, d
     ("n", "held", "words"),
     [
         (0, 0, "no letter"),
-        (100, 71, None),
-        (100, 69, "70 % are needed"),
+        (100, 81, None),
+        (100, 79, "80 % are needed"),
+        (10_000, 7101, None),
+        (10_000, 7099, "71 % are needed"),
         (3, 3, "too few"),
         (4, 4, None),
-        (10, 8, "too few"),
-        (30, 24, None),
+        (10, 9, "100 % are needed"),
+        (30, 27, None),
+        (30, 26, "88 % are needed"),
     ],
 )
 def test_a_text_is_doubted_beyond_each_limit(n: int, held: int, words: str | None) -> None:

@@ -75,6 +75,17 @@ def test_frames_are_moved_one_by_one_after_pauses_and_together_without() -> None
     assert align_frames(moved, learned_of(np.zeros(0)), context, begins[:0], 11).size == 0
 
 
+def test_by_chance_no_run_of_a_faint_light_is_moved() -> None:
+    levels, counts, _ = runs_of_letters([5, *[40] * 30], 1, seed=3)
+    faint = np.random.default_rng(4).binomial(counts, 0.1).astype(np.float32)
+    rates = RATES * 0.1
+    learned = Learned(TRUTH, rates, np.ones(2), 0.0, np.zeros(0, np.int32))
+    bounds, move = align_runs(faint, learned, build_nodes(LINE, MEMORY, True), 11)
+    assert bounds.size > 15
+    assert (move == 0).all()
+    assert levels.size == len(counts)
+
+
 def test_letters_with_pauses_of_any_length_are_read() -> None:
     rng = np.random.default_rng(1)
     text = "".join(map(chr, rng.integers(33, 127, 200)))
