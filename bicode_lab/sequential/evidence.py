@@ -25,13 +25,14 @@ from bicode_lab.sequential.repeated import QUIET_CHIPS, read_repeated
 from bicode_lab.soft_receiver.line_code import LineCode
 
 ESTABLISHED = 3
+MIN_UNREAD = 2  # periods in a row after which frames that cannot be read make a sighting
 MAX_WAIT = 8  # periods until an established reading is made anew
 PATIENCE = 4  # periods without a reading after which only each so-many-th period is read with all evidence
 MAX_CONTRADICTION = 12.0  # [nat]
 MAX_ABSENCE = 8.0  # [nat]
-MIN_POWER = 12.0  # of the lines at the chip rate, which noise reaches once in 60 periods
-MIN_RATIO = 3.0  # over the power beside them ...
-FEW_EVENTS = 200  # ... unless a period holds fewer events than this, which takes little time to read
+MIN_POWER = 12.0  # of the lines at the chip rate, which noise reaches once in 60 periods ...
+MIN_RATIO = 3.0  # ... and over the power beside them
+FEW_EVENTS, FEW_POWER = 200, 6.0  # fewer events are read with less power, as there are few such boxes in clutter
 SAME_SIZE = 2.0  # boxes whose areas differ by more than this factor do not show the same light
 
 Row = tuple[int, Counts, Counts, Box]
@@ -81,6 +82,7 @@ class Evidence:
         self._agreed = 0  # times that the value was read anew
         self._waited = 0  # periods since it was read anew
         self._failed = 0  # periods without a reading
+        self._unread = 0  # periods in a row with frames of the code that cannot be read
         self._absence = 0.0
         self._changes = False  # whether frames of the last period were read for themselves
 
@@ -109,7 +111,9 @@ class Evidence:
         """Return whether the last period has a line at the chip rate."""
         now = self._now()
         power, ratio = line_power(now, self._line.frame_chips)
-        return power >= MIN_POWER and (ratio >= MIN_RATIO or float(now.counts.sum()) < FEW_EVENTS)
+        if now.counts.sum() < FEW_EVENTS:
+            return power >= FEW_POWER
+        return power >= MIN_POWER and ratio >= MIN_RATIO
 
     def read(self) -> Outcome | None:
         """Read the evidence.
@@ -136,7 +140,8 @@ class Evidence:
         self._changes = bool(sure)
         if sure:
             return Outcome(reading=whole, frames=sure, reason=None, n_periods=1, seen=self._seen())
-        if not self._reading.is_structured:
+        self._unread = self._unread + 1 if self._reading.is_structured else 0
+        if self._unread < MIN_UNREAD:
             return None
         return Outcome(
             reading=self._reading, frames=None, reason=self._reading.doubt or "conflict", n_periods=self._n_weighed,

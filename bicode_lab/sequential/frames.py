@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from bicode_lab.sequential.fold import ON, PHASES, Bins, Clock, Floats, find_clock, fold
-from bicode_lab.sequential.judge import ONES, cut, decide, judge, learn, span, start_share
+from bicode_lab.sequential.judge import ONES, against_lamps, cut, decide, judge, learn, span, start_share
 from bicode_lab.sequential.levels import chip_scores, guess_levels
 from bicode_lab.sequential.paths import best_contexts, path_score, score_places
 from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
 from bicode_lab.sequential.repeated import LATER_OFF, seen_counts
-from bicode_lab.sequential.rivals import find_rivals, noise_score
+from bicode_lab.sequential.rivals import noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
 
 
@@ -55,7 +55,7 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
         sum(total for _, total in paths),
         places,
         at,
-        find_rivals(bins, learned.dispersion, line.frame_chips),
+        bins,
     )
     whole = replace(
         whole,
@@ -79,7 +79,8 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
             )
         )  # fmt: skip
     surest = max(readings, key=lambda one: (one.check, one.margin))
-    return replace(surest, is_periodic=False), frames
+    total = sum(score for _, score in paths)
+    return against_lamps(replace(surest, is_periodic=False), total, bins, line), frames
 
 
 def agreement(reading: Reading, bins: Bins, line: LineCode) -> Agreement:

@@ -16,7 +16,7 @@ from bicode_lab.sequential.levels import (
 )
 from bicode_lab.sequential.paths import FIRST, best_contexts, path_score
 from bicode_lab.sequential.reading import Reading
-from bicode_lab.sequential.rivals import Rivals, noise_score
+from bicode_lab.sequential.rivals import burst_score, lamp_score, noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import build_nodes, frame_contexts
 from bicode_lab.soft_receiver.viterbi import best_path
@@ -95,7 +95,7 @@ def learn(frames: Folded, guess: Floats, line: LineCode) -> Learned:
     return Learned(frames, guess, levels, contexts, find_dispersion(frames, levels, contexts), total)
 
 
-def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, rivals: Rivals) -> Reading:
+def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, bins: Bins) -> Reading:
     """Judge whether the light as a whole sends frames of the code.
 
     Parameters
@@ -109,8 +109,8 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
         Log-likelihood of frames that begin at each chip [nat].
     at : int
         Chip at which they are taken to begin.
-    rivals : Rivals
-        What else the same counts could be.
+    bins : Bins
+        The counts that the frames were made from.
 
     Returns
     -------
@@ -119,14 +119,37 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
     """
     dispersion, n = learned.dispersion, places.size
     guessed = path_score(chip_scores(learned.frames, learned.guess, dispersion), contexts)
+    burst = burst_score(bins, dispersion)
     away = np.abs((np.arange(n) - at + n // 2) % n - n // 2)
     return Reading(
         value=None,
-        gain=guessed - max(noise_score(learned.frames, dispersion), rivals.burst),
-        rival=total - max(rivals.lamp, rivals.burst),
+        gain=guessed - max(noise_score(learned.frames, dispersion), burst),
+        rival=total - burst,
         place=float(places[at % n] - places[away > 1].max()),
         dispersion=dispersion, levels=learned.levels,
     )  # fmt: skip
+
+
+def against_lamps(reading: Reading, total: float, bins: Bins, line: LineCode) -> Reading:
+    """Compare a reading with lamps of any rate, unless it is not believed anyway: that takes most of the time.
+
+    Parameters
+    ----------
+    reading : Reading
+    total : float
+        Log-likelihood of its path [nat].
+    bins : Bins
+        The counts that it was made from.
+    line : LineCode
+
+    Returns
+    -------
+    Reading
+    """
+    if not reading.is_structured:
+        return reading
+    lamp = lamp_score(bins, reading.dispersion, line.frame_chips)
+    return replace(reading, rival=min(reading.rival, total - lamp))
 
 
 def decide(reading: Reading, frame: Folded, contexts: Contexts, line: LineCode) -> Reading:

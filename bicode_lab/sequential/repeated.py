@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from bicode_lab.sequential.fold import ON, PHASES, Bins, Clock, find_clock, fold
-from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, decide, judge, learn, start_share
+from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, against_lamps, decide, judge, learn, start_share
 from bicode_lab.sequential.levels import chip_scores, guess_levels
 from bicode_lab.sequential.paths import FIRST, best_contexts, score_places
 from bicode_lab.sequential.reading import NOTHING, Reading
-from bicode_lab.sequential.rivals import find_rivals
 from bicode_lab.soft_receiver.line_code import LineCode
 
 LATER_OFF = (-1, 0, 1)  # by how many chips more OFF events may come later than ON events
@@ -69,25 +68,28 @@ def read_repeated(bins: Bins, line: LineCode) -> Reading:
     counts = fold(bins, clock, n)
     places = score_places(chip_scores(counts, learned.levels, learned.dispersion), line)
     at = int(np.argmax(places))
-    rivals = find_rivals(bins, learned.dispersion, n)
     readings = []
     for begin in (at, at + 1, at - 1):  # of a frame whose bits are all alike, one chip aside the check decides
         frame = counts.rolled(begin + FIRST)
         contexts, total = best_contexts(chip_scores(frame, learned.levels, learned.dispersion), line)
-        reading = judge(replace(learned, frames=frame), contexts, total, places, begin % n, rivals)
+        reading = judge(replace(learned, frames=frame), contexts, total, places, begin % n, bins)
         reading = replace(reading, clock=clock, begin=(begin + clock.origin[ON]) / clock.rate,
                           start=start_share(frame, contexts, line),
                           n_frames=float(counts.exposure[:, ON].sum()) / (n * PHASES))  # fmt: skip
         readings.append((total, decide(reading, frame, contexts, line)))
-    return _surest(readings)
+    total, reading = _surest(readings)
+    return against_lamps(reading, total, bins, line)
 
 
-def _surest(readings: list[tuple[float, Reading]]) -> Reading:
-    """Return the most likely reading, or one that is as likely and passes the check; others limit its margin."""
+def _surest(readings: list[tuple[float, Reading]]) -> tuple[float, Reading]:
+    """Return score and reading of the most likely one, or of one that is as likely and passes the check.
+
+    The others limit its margin.
+    """
     best = readings[0][0]
     total, reading = max(readings, key=lambda one: (one[1].check and one[0] > best - EQUAL_SCORE, one[0]))
     margins = [total - other_total for other_total, other in readings if other.check and other.value != reading.value]
-    return replace(reading, margin=min([reading.margin, *margins]))
+    return total, replace(reading, margin=min([reading.margin, *margins]))
 
 
 def _is_long_enough(bins: Bins, line: LineCode) -> bool:

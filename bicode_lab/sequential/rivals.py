@@ -5,8 +5,6 @@ Each rival explains the same counts without a packet; its log-likelihood is comp
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bicode_lab.sequential.fold import PHASES, Bins, Floats, Folded
@@ -15,41 +13,10 @@ from bicode_lab.sequential.levels import GUESS_CHIPS, GUESS_EVENTS
 LOWEST, HIGHEST = 0.02, 1.25  # rates of lamps that are tried [cycles per chip]
 N_PEAKS = 6  # strongest rates that are tried
 PADDING = 4
+FINER = 9  # rates that are tried within a step of the spectrum
 LAMP_PHASES = 2 * PHASES  # bins of a lamp's cycle, at least
 FASTER = 1.5  # a lamp this much faster than frames has bins as short as those of a chip; a slower one could be a packet
 BURST_CHIPS = 4.0
-
-
-@dataclass(frozen=True)
-class Rivals:
-    """Log-likelihoods of the rivals that know the time of each event.
-
-    Parameters
-    ----------
-    lamp, burst : float
-        See `lamp_score` and `burst_score` [nat].
-    """
-
-    lamp: float
-    burst: float
-
-
-def find_rivals(bins: Bins, dispersion: Floats, n_chips: int) -> Rivals:
-    """Find the log-likelihoods of a lamp and of bursts.
-
-    Parameters
-    ----------
-    bins : Bins
-    dispersion : ndarray, shape (2,)
-        1 or more.
-    n_chips : int
-        Length of a frame [chips].
-
-    Returns
-    -------
-    Rivals
-    """
-    return Rivals(lamp_score(bins, dispersion, n_chips), burst_score(bins, dispersion))
 
 
 def noise_score(counts: Folded, dispersion: Floats) -> float:
@@ -104,15 +71,19 @@ def lamp_score(bins: Bins, dispersion: Floats, n_chips: int) -> float:
     float
     """
     best = -np.inf
-    for rate in _strongest_rates(bins):
+    rates, step = _strongest_rates(bins)
+    for rate in (rates[:, None] + step * np.linspace(-0.5, 0.5, FINER)).ravel():  # short pulses need an exact rate
         n = max(LAMP_PHASES, int(np.ceil(PHASES / rate))) if rate * n_chips > FASTER else LAMP_PHASES
         phase = np.floor((bins.chips * rate % 1.0) * n).astype(np.int64) % n
         best = max(best, _grouped_score(bins, phase, n, dispersion))
     return best
 
 
-def _strongest_rates(bins: Bins) -> Floats:
-    """Return the rates at which the events have the strongest lines [cycles per chip], and the chip rate and half."""
+def _strongest_rates(bins: Bins) -> tuple[Floats, float]:
+    """Return the rates of the strongest lines, and those of chips, bits and pairs of bits, with the step between them.
+
+    Rates and the step between them are in cycles per chip.
+    """
     step = 1 / PHASES
     place = np.round((bins.chips - bins.chips[0]) / step).astype(np.int64)
     n = int(place[-1]) + 1
@@ -129,7 +100,7 @@ def _strongest_rates(bins: Bins) -> Floats:
     is_peak[1:-1] = (power[1:-1] >= power[:-2]) & (power[1:-1] >= power[2:])
     peaks = np.flatnonzero(is_peak & inside)
     top = peaks[np.argsort(-power[peaks], kind="stable")[:N_PEAKS]]
-    return np.concatenate([rates[top], [0.25, 0.5, 1.0]])
+    return np.concatenate([rates[top], [0.25, 0.5, 1.0]]), float(rates[1])
 
 
 def _grouped_score(bins: Bins, group: np.ndarray, n: int, dispersion: Floats) -> float:

@@ -125,7 +125,7 @@ def test_the_pose_has_columns_of_its_own(call: Call) -> None:
         assert abs(row["yaw_deg"]) < 15
         assert np.hypot(np.hypot(row["qw"], row["qx"]), np.hypot(row["qy"], row["qz"])) == pytest.approx(1)
     head, *lines = call("decode", NEAR, "--format", "csv")[1].splitlines()
-    assert head.endswith("rvec,tvec,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg,qw,qx,qy,qz")
+    assert head.endswith("rvec,tvec,x_m,y_m,z_m,roll_deg,pitch_deg,yaw_deg,qw,qx,qy,qz,margin,evidence_periods")
     assert all(line.count(",") == head.count(",") for line in lines)
     table = call("decode", NEAR)[1].splitlines()[0].split()
     assert table[-6:] == ["x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"]
@@ -161,7 +161,7 @@ def test_the_camera_gives_focal_length_principal_point_and_distortion(call: Call
         (["--camera", "{camera}", "--focal-px", "1000"], "both state the focal length"),
         (["--camera", "{other}"], "is the calibration of a sensor of 640x720 px, and the recording has 1280x720 px"),
         (
-            ["--f-id-hz", "300"],
+            ["--f-id-hz", "300", "--receiver", "paper"],
             "is never whole in 33 ms and cannot be read; choose --f-id-hz 425 or more, --delta-t-wh",
         ),
         (["--delta-t-id-us", "600"], "delta_t_id_us=600 is longer than one chip"),
@@ -182,7 +182,7 @@ def test_misuse_is_one_line(call: Call, tmp_path: Path, words: list[str], said: 
 
 def test_a_period_of_less_than_two_packets_is_told_before_the_rows(call: Call, odd: Path) -> None:
     said = "so only 18% of the periods hold a whole one; choose --delta-t-whole-us 66000"
-    assert said in call("decode", odd, "--f-id-hz", 500)[2].splitlines()[0]
+    assert said in call("decode", odd, "--f-id-hz", 500, "--receiver", "paper")[2].splitlines()[0]
     assert said not in call("decode", odd, "--f-id-hz", 500, "--delta-t-whole-us", 66_000)[2]
     assert said not in call("decode", odd, "--f-id-hz", 500, "--receiver", "soft")[2]
     assert said not in call("decode", odd, "--f-id-hz", 500, "--packets")[2]
@@ -216,7 +216,7 @@ def test_simulate_and_decode_take_the_file_that_marker_writes(call: Call, tmp_pa
     truth = json.loads((tmp_path / "m.npz.truth.json").read_text(encoding="utf-8"))
     assert truth["markers"][0]["id"] == 300
     err = call("decode", out, "--marker", file, "--delta-t-whole-us", 90_000)[2]
-    assert "ID 300: in 2 of 3 periods" in err
+    assert "ID 300: in 3 of 3 periods" in err
 
 
 def test_marker_keeps_what_is_there(call: Call, tmp_path: Path) -> None:
