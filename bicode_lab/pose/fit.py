@@ -160,13 +160,31 @@ def halo_of(look: Look, rotation: Floats, place: Floats) -> Floats:
     ndarray, shape (h, w)
         Share of the face's luminance.
     """
-    image = np.empty((*look.seen.shape, N_IMAGE))
+    rows, columns = (_between(size, look.step_px, look.priors.halo_px) for size in look.seen.shape)
+    coarse_px = look.step_px * _coarse(look.step_px, look.priors.halo_px)
+    image = np.empty((rows.shape[1], columns.shape[1], N_IMAGE))
     n = look.cells.shape[0]
     even = np.full((1, 1), look.cells.mean())
     # The halo is much wider than a cell: one square with the mean glow will do, in units of the plate's side.
-    draw(rotation, place / n, look.camera, look.x, look.y, look.step_px, look.priors.halo_px, even, 1e-6, np.zeros(2),
+    draw(rotation, place / n, look.camera, look.x, look.y, coarse_px, look.priors.halo_px, even, 1e-6, np.zeros(2),
          False, image)  # fmt: skip
-    return np.ascontiguousarray(image[:, :, 0])
+    return np.ascontiguousarray(rows @ image[:, :, 0] @ columns.T)
+
+
+def _coarse(step_px: int, halo_px: float) -> int:
+    """Return how many pixels of a look lie between two at which the halo is drawn: a third of the halo's size."""
+    return max(1, int(halo_px / (3 * step_px)))
+
+
+def _between(size: int, step_px: int, halo_px: float) -> Floats:
+    """Return the matrix that interpolates between the pixels at which the halo is drawn, shape (size, fewer)."""
+    every = _coarse(step_px, halo_px)
+    at = np.arange(size) / every
+    left = np.floor(at).astype(int)
+    matrix = np.zeros((size, left[-1] + 2))
+    matrix[np.arange(size), left] = 1 - (at - left)
+    matrix[np.arange(size), left + 1] = at - left
+    return matrix
 
 
 def _draw(look: Look, rotation: Floats, place: Floats, light: Floats, slopes: bool, image: Floats) -> None:

@@ -46,7 +46,7 @@ TAPS_FOR = np.array([0.02, 0.3, 0.6])
 """Shares of the variance along the narrow direction that the quadrature adds, above which 2, 3 or 5 points are used."""
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy", fastmath=True)
 def _normal(x: float) -> tuple[float, float]:
     """Return the distribution function and the density of the normal distribution."""
     if x <= -REACH:
@@ -59,7 +59,7 @@ def _normal(x: float) -> tuple[float, float]:
     return _NORMAL[k] + f * (_NORMAL[k + 1] - _NORMAL[k]), _DENSITY[k] + f * (_DENSITY[k + 1] - _DENSITY[k])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _along(x: float, sigma: float, n: int, share: Floats, slope: Floats, wider: Floats) -> tuple[int, int]:
     """Fill in the weight of each cell along an axis and its derivatives by x and ln(sigma); return those reached."""
     half = 0.5 * n
@@ -79,7 +79,7 @@ def _along(x: float, sigma: float, n: int, share: Floats, slope: Floats, wider: 
     return first, last
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def glow_at(u: float, v: float, sigma: float, cells: Floats, room: Floats, out: Floats) -> None:
     """Fill in the blurred glow at a point of the plate: value, derivatives by u, v and ln(sigma)."""
     n = cells.shape[0]
@@ -101,7 +101,7 @@ def glow_at(u: float, v: float, sigma: float, cells: Floats, room: Floats, out: 
     out[0], out[1], out[2], out[3] = value, by_u, by_v, by_sigma
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _strip(x: float, y: float, sigma: float, half: float, q: float, shift: float, out: Floats) -> None:
     """Fill in the light of the side face beside the edge in x: value, derivatives by x, y, q, shift and ln(sigma)."""
     s = 1.0 if q > 0 else -1.0
@@ -125,7 +125,7 @@ def _strip(x: float, y: float, sigma: float, half: float, q: float, shift: float
         out[3] += slope * shift * far / q
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def spread_of(rotation: Floats, place: Floats, focal: float, blur: float, taps: Floats) -> tuple[float, int]:
     """Fill in offsets x, y [px] and weights of the taps; return the blur on the plate [cells] and their number."""
     z = place[2]
@@ -153,7 +153,7 @@ def spread_of(rotation: Floats, place: Floats, focal: float, blur: float, taps: 
     return blur / math.sqrt(wide), n
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def draw(
     rotation: Floats, place: Floats, camera: Floats, x0: int, y0: int, step: int, blur: float,
     cells: Floats, thickness: float, edges: Floats, slopes: bool, image: Floats,
@@ -219,7 +219,7 @@ def draw(
                     _add_slopes(u, v, su, sv, work[1], work[2], wider, weight, out)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _add_sides(
     u: float, v: float, sigma: float, half: float, shift: Floats, thickness: float, edges: Floats, weight: float,
     work: Floats, out: Floats,
@@ -243,7 +243,7 @@ def _add_sides(
         out[3] += weight * edge * (by_x * qy - by_y * qx)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy", fastmath=True)
 def _add_slopes(
     u: float, v: float, su: float, sv: float, by_u: float, by_v: float, wider: float, weight: float, out: Floats
 ) -> None:

@@ -82,7 +82,7 @@ class LightPriors:
         return np.array([*known, self.edge, self.edge], np.float64)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def respond(share: float, light: Floats) -> tuple[float, float, float, float, float, float, float]:
     """Return the events per edge at a share of light, and its derivatives by the share, ln A, c, k and ln w."""
     lit = max(math.exp(light[0]) * share, 0.0)
@@ -109,7 +109,7 @@ def respond(share: float, light: Floats) -> tuple[float, float, float, float, fl
     return value, by_lit * math.exp(light[0]), by_lit * lit, by_threshold, by_loss, by_width, doubt
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def expected(image: Floats, halo: Floats, light: Floats, out: Floats, doubt: Floats) -> None:
     """Fill in the lock-in image that a drawn plate should give, and its doubt; `light_model.draw` makes `image`."""
     for i in range(out.shape[0]):
@@ -120,7 +120,7 @@ def expected(image: Floats, halo: Floats, light: Floats, out: Floats, doubt: Flo
             out[i, j], doubt[i, j] = answer[0], answer[6]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def normal_equations(
     image: Floats, halo: Floats, seen: Floats, variance: Floats, light: Floats, priors: Floats,
     matrix: Floats, vector: Floats,

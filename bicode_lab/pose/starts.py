@@ -201,7 +201,7 @@ def best_turns(
     return [(int(k), float(scores[k])) for k in peaks[np.argsort(-scores[peaks])][:N_KEPT]]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=True)
 def _correlations(
     image: Floats, middle: Floats, back: Floats, offset: Floats, cells: Floats, blur_px: float, step: int
 ) -> Floats:
