@@ -21,7 +21,9 @@ DISTRIBUTIONS = {  # of modules that have another name, or come with another pac
     "cv2": "opencv-contrib-python-headless", "skimage": "scikit-image", "yaml": "pyyaml", "PIL": "matplotlib",
     "jupyter_client": "jupyterlab", "jupyter_core": "jupyterlab", "IPython": "jupyterlab", "ipykernel": "jupyterlab",
     "tornado": "jupyterlab", "jinja2": "nbconvert", "dask": "distributed", "llvmlite": "numba",
+    "backports": "backports-zstd",
 }  # fmt: skip
+STANDARD = {*sys.stdlib_module_names, "compression"}  # the last one from Python 3.14 on
 
 
 def project() -> dict[str, object]:
@@ -43,7 +45,7 @@ def test_everything_that_is_imported_is_a_dependency() -> None:
                 found = [each.name for each in node.names] if isinstance(node, ast.Import) else []
                 if isinstance(node, ast.ImportFrom) and not node.level:
                     found.append(node.module or "")
-                for top in {one.split(".")[0] for one in found} - set(sys.stdlib_module_names) - set(PACKAGES):
+                for top in {one.split(".")[0] for one in found} - STANDARD - set(PACKAGES):
                     wanted = DISTRIBUTIONS.get(top, top).lower().replace("_", "-")
                     assert wanted in declared, f"{path.relative_to(ROOT)} imports {top}, which nothing installs"
 
