@@ -44,7 +44,7 @@ def test_few_events_are_not_judged():
     assert remark_on_clock(blinking(999, 100_000)) == ""
     assert remark_on_clock(blinking(1000, 100_000)) != ""
     assert remark_on_clock(blinking(1000, 2100)).endswith("are the times in microseconds?")
-    assert remark_on_clock(blinking(1000, 1900)) == "", "500 events/s may be a quiet scene"
+    assert remark_on_clock(blinking(1000, 1950)) == "", "500 events/s may be a quiet scene"
 
 
 def test_words_of_the_vendors_own_kind_are_passed_over_and_counted(tmp_path):
