@@ -70,6 +70,20 @@ def test_a_sweep_does_not_end_well_without_its_store(tmp_path: Path) -> None:
     remove.join()
 
 
+def test_a_store_that_is_removed_after_the_last_trial_is_an_error_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add = TrialStore.add
+
+    def add_and_remove(store: TrialStore, key: Key, rows: str) -> None:
+        add(store, key, rows)
+        store.path.unlink()
+
+    monkeypatch.setattr(TrialStore, "add", add_and_remove)
+    with pytest.raises(ValueError, match="removed or replaced"):
+        sweep(run, trials_of(distances=(5.0,), seeds=1), tmp_path / "s.sqlite", jobs=1)
+
+
 def test_a_folder_or_a_file_without_rights_is_no_store(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(ValueError, match="folder cannot be read and written"):
