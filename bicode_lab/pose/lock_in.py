@@ -100,6 +100,7 @@ def lock_in(
 def lock_in_at(
     x: npt.NDArray[np.int64], y: npt.NDArray[np.int64], p: npt.NDArray[np.int64], t: Floats,
     learn: npt.NDArray[np.bool_], clock: LedClock, box: Box, start_us: float, end_us: float,
+    latest: int = N_DELAYS,
 ) -> LockIn | None:  # fmt: skip
     """Make the lock-in image of events at places that may have been moved.
 
@@ -115,6 +116,8 @@ def lock_in_at(
         Which events tell latency and spread.
     clock, box, start_us, end_us
         See `lock_in`.
+    latest : int
+        Events that lie so many bins of `BIN_US` or more behind the last edge are left out.
 
     Returns
     -------
@@ -128,7 +131,11 @@ def lock_in_at(
     if not n_on or not n_off or not x.size:
         return None
     delay, in_phase = delays(t - lag, p, times, rises)
-    time_in, time_out = phase_times(times + lag, rises, start_us, end_us)
+    time_in, _ = phase_times(times + lag, rises, start_us, end_us)
+    time_in[:, latest:] = 0
+    time_out = time_in.sum(1)[::-1].copy()
+    early = delay < latest
+    x, y, p, delay, in_phase, learn = x[early], y[early], p[early], delay[early], in_phase[early], learn[early]
     weights, back = _weights(delay[learn], in_phase[learn], p[learn], time_in, time_out)
     if not weights.any():
         return None

@@ -1,4 +1,7 @@
-"""Lock-in images of moving plates: events are taken back along the motion of the plate, and then counted."""
+"""Lock-in images of moving plates: events are taken back along the motion of the plate, and then counted.
+
+Only events shortly behind an edge count: later ones are made by the borders of cells that move on while the LED is on.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from bicode_lab.pose.motion import ImageMotion, find_motion
 
 Floats = npt.NDArray[np.float64]
 
-NEAR_EDGE_US = 320.0  # events so near behind an edge of their polarity show where the plate is
+NEAR_EDGE_US = 320.0  # events so near behind an edge of their polarity show where the plate is, and count
 CORE_BORDER_PX, BORDER_PX = 4, 8
 LATENCY_DOUBT_US = 60.0  # the moment at which the plate was where its events are is known to about this
 FAR_QUANTILE = 0.98  # share of these events that lie within the plate's box
@@ -51,7 +54,8 @@ def moving_lock_in(events: Events, clock: LedClock, core: Box, start_us: float, 
         return None
     lag = find_lag(t, p, clock)
     delay, in_phase = delays(t - lag, p, times, rises)
-    near = in_phase & (delay < NEAR_EDGE_US / BIN_US)
+    latest = round(NEAR_EDGE_US / BIN_US)
+    near = in_phase & (delay < latest)
     edge = np.searchsorted(times, t - lag, side="right")
     late_us = lag + float(delay[near].mean() + 0.5) * BIN_US if near.any() else 0.0
     middle_us = (start_us + end_us) / 2
@@ -64,7 +68,7 @@ def moving_lock_in(events: Events, clock: LedClock, core: Box, start_us: float, 
     inside = (column >= 0) & (column < box.w) & (row >= 0) & (row < box.h)
     image = lock_in_at(
         column[inside], row[inside], p[inside], t[inside], np.ones(int(inside.sum()), np.bool_), clock, box, start_us,
-        end_us,
+        end_us, latest,
     )  # fmt: skip
     if image is None:
         return None

@@ -8,7 +8,7 @@ import pytest
 from bicode_lab.boxes import Box
 from bicode_lab.events import Events, make_events
 from bicode_lab.pose import LedClock, lock_in
-from bicode_lab.pose.lock_in import phase_times
+from bicode_lab.pose.lock_in import lock_in_at, phase_times
 
 CLOCK = LedClock(start_us=0, packet_us=14_000, chips=tuple(map(int, "0000001010011010010110011001")))
 BOX = Box(100, 50, 12, 10)
@@ -131,3 +131,20 @@ def test_times_in_and_out_of_phase_make_the_whole_span() -> None:
     assert time_in.sum() == pytest.approx(SPAN[1] - SPAN[0])
     np.testing.assert_allclose(time_in.sum(1), time_out[::-1])
     assert time_in[1].sum() == pytest.approx(6 * sum(CLOCK.chips) * 500)  # six packets
+
+
+def test_late_events_are_left_out_with_their_time() -> None:
+    rng = np.random.default_rng(6)
+    events = np.concatenate([lit_events(rng, late_us=60), noise(rng, 40_000)])
+    events = events[np.argsort(events["t"], kind="stable")]
+    events = events[(events["t"] >= SPAN[0]) & (events["t"] < SPAN[1])]
+    x, y = events["x"].astype(np.int64) - BOX.x, events["y"].astype(np.int64) - BOX.y
+    p, t, all_of_them = events["p"].astype(np.int64), events["t"].astype(float), np.ones(events.size, bool)
+    whole = lock_in_at(x, y, p, t, all_of_them, CLOCK, BOX, *SPAN)
+    short = lock_in_at(x, y, p, t, all_of_them, CLOCK, BOX, *SPAN, latest=13)
+    assert whole is not None
+    assert short is not None
+    assert short.image[3:7, 4:9].mean() == pytest.approx(4, abs=0.4)
+    dark = np.delete(short.image, slice(3, 7), 0)
+    assert abs(dark.mean()) < 0.1
+    assert short.variance.sum() < whole.variance.sum()
