@@ -12,8 +12,10 @@ from pathlib import Path
 import nbformat
 import pytest
 
+from bicode_lab.marker import Board, Marker, PacketFormat
 from bicode_studies.cli import what_if
 from bicode_studies.cli.main import main
+from bicode_studies.what_if.choice import Choice
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -71,3 +73,23 @@ from bicode_studies.cli.main import main; main(["what-if", "--no-browser", "--po
     assert "Traceback" not in page + noise
     assert "what_if_page" not in page, "the page shows its code"
     assert 'rel="stylesheet" href="http' not in page
+
+
+def test_a_marker_sets_the_sliders_and_what_has_none_is_told(capsys):
+    marker = Marker(
+        payload=3, current_ma=20.0, board=Board(size_m=0.1, glow="white"), packet_format=PacketFormat(f_id_hz=500)
+    )
+    settings = what_if.settings_of(marker)
+    assert settings == {
+        "f_id_hz": 500, "start_bits": 3, "payload_bits": 8, "checksum": "sum", "size_m": 0.1, "current_ma": 20.0,
+    }  # fmt: skip
+    assert Choice(**settings).packet_format == marker.packet_format
+    assert capsys.readouterr().err == "the page has no slider for glow=white, and shows the default\n"
+    what_if.settings_of(Marker())
+    assert capsys.readouterr().err == ""
+
+
+def test_a_marker_file_that_is_wrong_is_one_line(capsys, tmp_path):
+    code, said = said_by(["what-if", "--marker", str(tmp_path / "none.toml")], capsys)
+    assert (code, said.count("\n")) == (2, 1)
+    assert "none.toml" in said
