@@ -123,6 +123,17 @@ class Folded:
         """Return `n_chips` chips from number `first` on."""
         return Folded(*(part[first : first + n_chips] for part in (self.sums, self.squares, self.exposure)))
 
+    def scatter(self) -> Floats:
+        """Return the variance of the counts from frame to frame over their mean, for ON and OFF, 1 or more, shape (2,).
+
+        It needs no levels, and is 1 where no bin was seen twice.
+        """
+        n = np.maximum(self.exposure, 1)
+        variance = (self.squares - self.sums**2 / n).sum(axis=(0, 2))
+        mean = (self.sums * (1 - 1 / n)).sum(axis=(0, 2))
+        scatter: Floats = np.maximum(variance / np.maximum(mean, 1e-9), 1.0)
+        return scatter
+
     def mean_rate(self) -> Floats:
         """Return the mean count of a bin, for ON and OFF, shape (2,)."""
         rate: Floats = (self.sums.sum(axis=(0, 2)) + 0.5) / (self.exposure.sum(axis=(0, 2)) + 1)

@@ -10,11 +10,13 @@ are differences of log-likelihoods [nat], divided by the dispersion of the count
     margin    over the next value that passes the check
     conflict  what one polarity alone would gain by another value: ON edges alone say all, and so do OFF edges, so that
               wrong levels show when the two disagree
+    misfit    dispersion along the path over the variance from frame to frame, of the polarity that is explained worse;
+              1 if the levels explain all but chance
     start     share of a usual edge's events that keep the clock in the quiet start; a marker has none
 
 `MIN_GAIN` is the logarithm of what may be tried by chance, 28 chips x 8 phases x 2048 data words, which is 13, and of a
 thousand regions more. `MIN_MARGIN` is odds of 3,000 to 1. A value whose bits are all alike, or alternate, looks like a
-lamp that misses some pulses; it is believed after `PERIODIC_FRAMES` frames only.
+lamp that misses some pulses; it is believed after `MORE_FRAMES` frames only.
 """
 
 from __future__ import annotations
@@ -30,7 +32,9 @@ from bicode_lab.sequential.levels import Contexts
 MIN_GAIN = 20.0
 MIN_MARGIN = 8.0
 MAX_START = 0.35
-PERIODIC_FRAMES = 6.0  # a lamp whose rate is wrong by 0.1 % or more is out of step after so many
+MAX_MISFIT = 4.0  # the levels may miss the counts by no more than twice the standard deviation of chance
+FEW_FRAMES_MISFIT = 2.0  # and by less where few frames were seen, so that neither of the two is known well
+MORE_FRAMES = 6.0  # a lamp whose rate is wrong by 0.1 % or more is out of step after so many
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,8 +53,8 @@ class Reading:
         Clock of the transmitter.
     gain, rival, place, margin, conflict : float
         [nat]
-    start : float
-        Share, about 0 .. 1.
+    start, misfit : float
+        Ratios, 0 or more.
     dispersion : ndarray, shape (2,)
         Of ON and OFF, 1 or more.
     contexts : ndarray of int32, shape (frame_chips,), or None
@@ -73,6 +77,7 @@ class Reading:
     margin: float = 0.0
     conflict: float = 0.0
     start: float = 0.0
+    misfit: float = 1.0
     dispersion: Floats = field(default_factory=lambda: np.ones(2))
     contexts: Contexts | None = None
     levels: Floats | None = None
@@ -105,9 +110,11 @@ class Reading:
             return "no_start"
         if not self.check:
             return "checksum"
-        if self.is_periodic and self.n_frames < PERIODIC_FRAMES:
+        if (self.is_periodic or self.misfit > FEW_FRAMES_MISFIT) and self.n_frames < MORE_FRAMES:
             return "manchester"
-        return "manchester" if self.margin < MIN_MARGIN or self.conflict > MIN_MARGIN else None
+        if self.misfit > MAX_MISFIT or self.margin < MIN_MARGIN or self.conflict > MIN_MARGIN:
+            return "manchester"
+        return None
 
 
 NOTHING = Reading(value=None)

@@ -78,7 +78,8 @@ def read_repeated(bins: Bins, line: LineCode) -> Reading:
                           n_frames=float(counts.exposure[:, ON].sum()) / (n * PHASES))  # fmt: skip
         readings.append((total, decide(reading, frame, contexts, line)))
     total, reading = _surest(readings)
-    return against_lamps(reading, total, bins, line)
+    misfit = float((learned.dispersion / counts.scatter()).max())
+    return against_lamps(replace(reading, misfit=misfit), total, bins, line)
 
 
 def _surest(readings: list[tuple[float, Reading]]) -> tuple[float, Reading]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bicode_lab.marker import PacketFormat
-from bicode_lab.sequential.fold import OFF, ON, PHASES, UNSEEN_EVENTS, Bins, Clock, find_clock, fold, line_power
+from bicode_lab.sequential.fold import OFF, ON, PHASES, UNSEEN_EVENTS, Bins, Clock, Folded, find_clock, fold, line_power
 
 from .light import bins_of, marker
 
@@ -120,3 +120,12 @@ def test_a_burst_counts_as_no_more_than_three_usual_bins() -> None:
         assert capped[:, side].tolist() == np.minimum(counts[:, side], 3 * half).tolist()
         assert half == usual[side]
     assert counts[5, 1] == 4  # the given counts are as they were
+
+
+def test_scatter_is_the_variance_from_frame_to_frame() -> None:
+    """Three counts of 5, 7, 9 vary by 8 / 14 of their mean; a bin that was seen once says nothing."""
+    shape = (1, 2, 1)
+    sums, squares, seen = np.full(shape, 21.0), np.full(shape, 155.0), np.full(shape, 3.0)
+    assert Folded(sums, squares, seen).scatter() == pytest.approx([1.0, 1.0])  # less than Poisson counts vary
+    assert Folded(sums, squares + 40, seen).scatter() == pytest.approx([48 / 14, 48 / 14])
+    assert Folded(sums, squares + 40, np.ones(shape)).scatter() == pytest.approx([1.0, 1.0])

@@ -7,22 +7,13 @@ import pytest
 
 from bicode_lab.events import make_events, merge
 
-from .light import PERIOD_US, ids, lamp, noise, receive, settings_of
+from .light import PERIOD_US, lamp, noise, receive, settings_of
 
 END_US = 12 * PERIOD_US
 
 
 RATES_HZ = (100.0, 120.0, 1000.0, 980.0, 1020.0, 2000.0, 1960.0, 2040.0)
-ROW_WITHOUT_ID = {(100.0, 1), (1000.0, 2)}  # known fault: in 1 of 12 periods these lamps pass for frames of the code
-LAMPS = [
-    pytest.param(
-        rate_hz,
-        seed,
-        marks=pytest.mark.xfail((rate_hz, seed) in ROW_WITHOUT_ID, reason="a row without an ID", strict=False),
-    )
-    for rate_hz in RATES_HZ
-    for seed in range(3)
-]
+LAMPS = [(rate_hz, seed) for rate_hz in RATES_HZ for seed in range(3)]
 
 
 def lamp_events(rate_hz: float, seed: int):
@@ -37,11 +28,6 @@ def lamp_events(rate_hz: float, seed: int):
 def test_a_lamp_makes_no_row(rate_hz: float, seed: int) -> None:
     """1 kHz and 2 kHz are the rates of bits and of chips: the worst that a dimmer can have."""
     assert receive(lamp_events(rate_hz, seed), settings_of()) == []
-
-
-@pytest.mark.parametrize(("rate_hz", "seed"), sorted(ROW_WITHOUT_ID))
-def test_a_lamp_that_makes_a_row_has_no_id(rate_hz: float, seed: int) -> None:
-    assert not ids(receive(lamp_events(rate_hz, seed), settings_of()))
 
 
 def test_hot_pixels_make_no_row() -> None:
