@@ -100,7 +100,9 @@ def test_the_words_of_the_settings() -> None:
     assert in_words(changed) == "500 Hz, 3 start + 8 payload + 3 checksum bits (crc3), auto, lsb first"
 
 
-@pytest.mark.parametrize(("rate_hz", "share"), [(900.0, None), (840.0, "98%"), (800.0, "89%"), (500.0, "18%"), (425.0, "0%")])
+@pytest.mark.parametrize(
+    ("rate_hz", "share"), [(900.0, None), (840.0, "98%"), (800.0, "89%"), (500.0, "18%"), (425.0, "0%")]
+)
 def test_a_period_of_less_than_two_packets_is_told(rate_hz: float, share: str | None) -> None:
     packet = PacketFormat(f_id_hz=rate_hz)
     remark = remark_on_long_packets(replace(SETTINGS, packet_format=packet, delta_t_id_us=100))
