@@ -69,6 +69,7 @@ def test_one_polarity_is_too_little_and_too_much_is_told() -> None:
     on = SOUND[SOUND["p"] == 1]
     assert found(on)["balance"].state == "bad"
     off = SOUND[SOUND["p"] == 0]
+    assert found(together(on, off[::2]))["balance"].state == "ok"
     uneven = together(on, off[::5])
     assert "make the ON threshold less sensitive (bias_diff_on)" in found(uneven)["balance"].advice
     assert "bias_diff_off" in found(together(on[::5], off))["balance"].advice
