@@ -106,11 +106,15 @@ def _hash_of_sources(module: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def _imports(module: str) -> Iterator[str]:
-    """Yield the modules that a module's imports can mean: in ``from a import b``, both a and a.b."""
+@cache
+def _imports(module: str) -> frozenset[str]:
+    """Return the modules that a module's imports can mean: in ``from a import b``, both a and a.b."""
     path = _file_of(module)
-    if path is None:
-        return
+    return frozenset(_named_by_imports(module, path)) if path else frozenset()
+
+
+def _named_by_imports(module: str, path: Path) -> Iterator[str]:
+    """Yield the modules that the imports in a module's file name."""
     package = module.split(".")[: None if path.name == "__init__.py" else -1]
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
