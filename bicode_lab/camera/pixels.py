@@ -24,6 +24,7 @@ from bicode_lab.camera.pixel_steps import (
     I4,
     I8,
     MAX_LANES,
+    MAX_TIME_CONSTANTS,
     U4,
     fast_exp,
     fast_log,
@@ -253,7 +254,7 @@ def fire_lit_pixels(
                 for i in range(many):
                     shone[row, i], shone[row + 1, i] = fast_log(signal[i]), signal[i] / tau_us
                     shone[row + 2, i] = noise * noise_scale(signal[i])
-                    shone[row + 3, i] = fast_exp(-refractory_us * shone[row + 1, i])
+                    shone[row + 3, i] = fast_exp(-min(refractory_us * shone[row + 1, i], MAX_TIME_CONSTANTS))
             for i in range(many):
                 light[i], rate[i], drift[i], kept[i] = (
                     shone[row, i], shone[row + 1, i], shone[row + 2, i], shone[row + 3, i]
