@@ -22,6 +22,9 @@ LOG2_E = 1.4426950408889634
 LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 MAX_EVENTS_PER_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
 MAX_TIME_CONSTANTS = 600.0  # in a longer stretch the level reaches its aim long before the end
+# The same for refractory periods. It is less than that of stretches, so that a period of more time constants still ends
+# within a stretch of more time constants; where it does not, the level is at its aim when it ends, here and there.
+MAX_KEPT = 300.0
 # Pixels side by side have seven columns in one array, at distances that the compiler knows; otherwise it would have to
 # check that they do not overlap. The distance is no multiple of 4 kB, which would make columns share cache lines.
 MAX_LANES = 1320
@@ -159,7 +162,9 @@ def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -
     if held:
         for i in range(many):
             if free[i] > start and free[i] < end:
-                lanes[REF_OFF + i] = lanes[OFF_AIM + i] = lanes[OFF_AIM + i] * fast_exp((start - free[i]) * rate[i])
+                lanes[REF_OFF + i] = lanes[OFF_AIM + i] = lanes[OFF_AIM + i] * fast_exp(
+                    -min((free[i] - start) * rate[i], MAX_KEPT)
+                )
                 lanes[REST + i] = fast_exp(min((end - free[i]) * rate[i], MAX_TIME_CONSTANTS))
     for i in range(many):
         reaches = (lanes[REF_OFF + i] < -lanes[ON + i]) | (lanes[REF_OFF + i] > lanes[OFF + i])

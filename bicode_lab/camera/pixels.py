@@ -23,8 +23,8 @@ from bicode_lab.camera.pixel_steps import (
     F8,
     I4,
     I8,
+    MAX_KEPT,
     MAX_LANES,
-    MAX_TIME_CONSTANTS,
     U4,
     fast_exp,
     fast_log,
@@ -254,7 +254,7 @@ def fire_lit_pixels(
                 for i in range(many):
                     shone[row, i], shone[row + 1, i] = fast_log(signal[i]), signal[i] / tau_us
                     shone[row + 2, i] = noise * noise_scale(signal[i])
-                    shone[row + 3, i] = fast_exp(-min(refractory_us * shone[row + 1, i], MAX_TIME_CONSTANTS))
+                    shone[row + 3, i] = fast_exp(-min(refractory_us * shone[row + 1, i], MAX_KEPT))
             for i in range(many):
                 light[i], rate[i], drift[i], kept[i] = (
                     shone[row, i], shone[row + 1, i], shone[row + 2, i], shone[row + 3, i]

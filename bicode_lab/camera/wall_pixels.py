@@ -20,6 +20,7 @@ from bicode_lab.camera.pixel_steps import (
     F4,
     F8,
     I8,
+    MAX_KEPT,
     MAX_LANES,
     MAX_TIME_CONSTANTS,
     NOISE_REACH,
@@ -229,7 +230,7 @@ def _fire(
         few_keys[j], places[j], light[j], rate[j] = keys[i], active[i], lanes[LIGHT + i], lanes[RATE + i]
         v[j], ref[j], free[j] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
         on[j], off[j], drift[j] = lanes[ON + i], lanes[OFF + i], lanes[DRIFT + i]
-        kept[j] = fast_exp(-min(refractory_us * rate[j], MAX_TIME_CONSTANTS))
+        kept[j] = fast_exp(-min(refractory_us * rate[j], MAX_KEPT))
     count = fire_stretch(
         n, start, end, few_keys, moment, drift, light, rate, kept, v, ref, free, on, off, refractory_us, delay_on,
         delay_off, places, columns, room[16 * SIDE_BY_SIDE :], pixels, times, count,

@@ -282,6 +282,24 @@ def test_a_dead_time_costs_events_because_the_reset_swallows_light():
     assert counts[0] > counts[-1] > 0
 
 
+@pytest.mark.parametrize(
+    ("cuts", "first_level"), [([1000.0], 1.0), ([200.0, 1000.0], 1.0), ([200.0, 250.0], 1.0), ([100.0], 5e-6)]
+)
+def test_after_a_refractory_period_of_very_many_time_constants_the_reference_is_the_light(cuts, first_level):
+    # At a million times the office's light, 300 us are 10 million time constants: a pixel fires once and is there.
+    # In the last case it fires in dim light, and the bright light comes before its refractory period ends.
+    drive = Drive(17, stretches=len(cuts) + 1, dead=300.0, tau=30.0)
+    drive.glow[:], drive.levels[:], drive.maps[:] = 1e6, 1.0, 0
+    drive.levels[0] = first_level
+    drive.edges = np.array([0.0, *cuts, 2000.0])
+    events = drive.fire()
+    assert events.p.tolist() == [1] * drive.n
+    assert events.pixel.tolist() == drive.index.tolist()
+    level, reference = (column[drive.index] for column in drive.state[:2])
+    np.testing.assert_allclose(reference, np.log(drive.signal()[-1]), rtol=1e-6)
+    np.testing.assert_allclose(level, reference, rtol=1e-6)
+
+
 # -- noise
 
 

@@ -249,6 +249,16 @@ def test_events_follow_the_way_not_the_time(faster):
     assert fast.size == pytest.approx(slow.size, rel=0.02)
 
 
+def test_light_so_bright_that_no_pixel_lags_makes_the_same_events_at_any_brightness():
+    # A refractory period is 200 time constants in the first light, and 200,000 in the second.
+    model = replace(EXACT, time_constant_us=150.0, refractory_us=300.0)
+    wall = Wall(log_image=2 * noisy_wall(5).log_image, texel_m=4 * PIXEL_M)
+    lights = [Light(illuminance_lux=350.0 * times) for times in (1e2, 1e5)]
+    bright, brighter = (record(before(wall, sideways(60), model=model, light=light), 0.2, 0) for light in lights)
+    assert bright.size > 1000
+    assert brighter.size == pytest.approx(bright.size, rel=0.01)
+
+
 def test_the_cost_follows_the_way_not_the_time():
     wall = noisy_wall()
 
