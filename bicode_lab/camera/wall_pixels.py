@@ -152,11 +152,11 @@ def _select(
         i, lanes[AIM + j], lanes[RATE + j] = at[j], 0.0, 0.0
         keys[j], lanes[DOWN + j] = noise_key(seed, lead + i), lanes[OFF + i]
         lanes[RIGHT + j] = -1.0 if free_us[lead + i] > start_us else lanes[ON + i]  # active while in reset
-    for k in range(moments.size):
-        if k and moments[k] == moments[k - 1]:
+    for m in range(moments.size):
+        if m and moments[m] == moments[m - 1]:
             continue
         for j in range(n):
-            z = noise_from(keys[j], moments[k])
+            z = noise_from(keys[j], moments[m])
             lanes[AIM + j], lanes[RATE + j] = max(lanes[AIM + j], z), min(lanes[RATE + j], z)
     for j in range(n):
         p = lead + at[j]
