@@ -64,12 +64,38 @@ def njit(**options: Any) -> Callable[[Function], Function]:
             _config.CACHE_DIR = str(folder or "")
             try:
                 wanted = options if folder else {**options, "cache": False}
-                compiled: Function = numba.njit(**wanted)(function)
+                compiled: Function = _forgiving(numba.njit(**wanted)(function))
             finally:
                 _config.CACHE_DIR = given
             return compiled
 
     return decorate
+
+
+def _forgiving(compiled: Any) -> Any:
+    """Let a kernel whose cached file is cut short or damaged be compiled anew, as if the file were not there."""
+    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    if file is not None:
+        read_index, read_code = file._load_index, file._load_data
+
+        def load_index() -> Any:
+            try:
+                return read_index()
+            except OSError:
+                raise
+            except Exception:  # whatever pickle makes of damaged bytes
+                return {}
+
+        def load_code(name: str) -> Any:
+            try:
+                return read_code(name)
+            except OSError:
+                raise
+            except Exception as error:
+                raise FileNotFoundError(name) from error  # numba compiles what is not there
+
+        file._load_index, file._load_data = load_index, load_code
+    return compiled
 
 
 def cache_folder(module: str) -> Path | None:
