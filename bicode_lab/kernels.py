@@ -64,38 +64,12 @@ def njit(**options: Any) -> Callable[[Function], Function]:
             _config.CACHE_DIR = str(folder or "")
             try:
                 wanted = options if folder else {**options, "cache": False}
-                compiled: Function = _forgiving(numba.njit(**wanted)(function))
+                compiled: Function = numba.njit(**wanted)(function)
             finally:
                 _config.CACHE_DIR = given
             return compiled
 
     return decorate
-
-
-def _forgiving(compiled: Any) -> Any:
-    """Let a kernel whose cached file is cut short or damaged be compiled anew, as if the file were not there."""
-    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
-    if file is not None:
-        read_index, read_code = file._load_index, file._load_data
-
-        def load_index() -> Any:
-            try:
-                return read_index()
-            except OSError:
-                raise
-            except Exception:  # whatever pickle makes of damaged bytes
-                return {}
-
-        def load_code(name: str) -> Any:
-            try:
-                return read_code(name)
-            except OSError:
-                raise
-            except Exception as error:
-                raise FileNotFoundError(name) from error  # numba compiles what is not there
-
-        file._load_index, file._load_data = load_index, load_code
-    return compiled
 
 
 def cache_folder(module: str) -> Path | None:
@@ -132,15 +106,11 @@ def _hash_of_sources(module: str) -> str:
     return digest.hexdigest()[:16]
 
 
-@cache
-def _imports(module: str) -> frozenset[str]:
-    """Return the modules that a module's imports can mean: in ``from a import b``, both a and a.b."""
+def _imports(module: str) -> Iterator[str]:
+    """Yield the modules that a module's imports can mean: in ``from a import b``, both a and a.b."""
     path = _file_of(module)
-    return frozenset(_named_by_imports(module, path)) if path else frozenset()
-
-
-def _named_by_imports(module: str, path: Path) -> Iterator[str]:
-    """Yield the modules that the imports in a module's file name."""
+    if path is None:
+        return
     package = module.split(".")[: None if path.name == "__init__.py" else -1]
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):

@@ -20,7 +20,6 @@ from bicode_lab.recognition import PeriodReader, ReaderSettings, ReceiverSetting
 from bicode_studies.score import AXIS_DEG, Periods, score
 
 Settings = ReceiverSettings | ReaderSettings
-SETTLE_S = 1.0  # how long the sensor has seen a scene when its trial begins [s]; see docs/design.md
 PERIOD_S = paper.DELTA_T_WHOLE_US * 1e-6  # length of the paper's period [s]
 
 
@@ -97,8 +96,8 @@ def record_and_read(
 ) -> Trial:
     """Record a scene once and read it with every receiver.
 
-    The sensor has seen the scene for `SETTLE_S` when the recording begins. Events are handed on period by period, so
-    that memory does not grow with the recording; with `damage` all of them are held at once.
+    Events are handed on period by period, so that memory does not grow with the recording; with `damage` all of them
+    are held at once.
 
     Parameters
     ----------
@@ -126,8 +125,7 @@ def record_and_read(
     """
     length_us = _length_us(receivers)
     end_us = periods.start_us + periods.count * periods.length_us
-    length_s = end_us * 1e-6 if duration_s is None else duration_s
-    recorder = Recorder(scene, length_s, np.random.default_rng([seed, 2]), settle_s=SETTLE_S)
+    recorder = Recorder(scene, end_us * 1e-6 if duration_s is None else duration_s, np.random.default_rng([seed, 2]))
     chunks: Iterable[Events] = recorder if damage is None else [damage(join(recorder))]
     readers: dict[str, PeriodReader] = {name: start_receiver(each, 0) for name, each in receivers.items()}
     sightings: dict[str, list[Sighting]] = {name: [] for name in readers}

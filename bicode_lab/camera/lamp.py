@@ -137,9 +137,7 @@ class Lamp:
     def __post_init__(self) -> None:
         for name in ("width_m", "height_m", "brightness"):
             if not getattr(self, name) > 0:
-                raise ValueError(
-                    f"{name}={getattr(self, name)} is not above 0, as that of a lamp has to be; choose more than 0"
-                )
+                raise ValueError(f"{name}={getattr(self, name)} is no lamp; choose more than 0")
 
     def corners_m(self) -> Floats:
         """Return the top left and the bottom right corner in the lamp's own axes, shape (2, 3) [m]."""

@@ -41,7 +41,7 @@ def stream_over(background: Iterable[Events], scene: Scene, rng: np.random.Gener
     """
     if scene.wall is not None:
         raise ValueError("the scene has a wall, but the recording is its background; take wall=None")
-    quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, hot_pixels=0, leak_hz=0.0))
+    quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, hot_pixels=0))
     synthetic = iter(Recorder(quiet, MAX_DURATION_S, rng))
     held = no_events()
     start_us: int | None = None

@@ -13,8 +13,8 @@ import numpy as np
 from bicode_lab.boxes import Box
 from bicode_lab.camera.lamp import LampImage, Waveform
 from bicode_lab.camera.motion import Floats, Pose
-from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, NOISE_REACH, noise_cells, noise_scale
-from bicode_lab.camera.pixels import PixelModel, PixelState
+from bicode_lab.camera.pixel_steps import F4, F8, I4, I8
+from bicode_lab.camera.pixels import NOISE_REACH, PixelModel, PixelState
 from bicode_lab.camera.plate_image import PlateImage
 from bicode_lab.camera.wall import Wall
 from bicode_lab.camera.wall_pixels import look_up
@@ -97,24 +97,6 @@ class Patch:
             waveforms=tuple(plate.waveform for plate in plates),
         )
 
-    def faint(self, state: PixelState, model: PixelModel) -> Patch:
-        """Return the patch of the pixels that may stop firing, and so need long to forget how they started.
-
-        A pixel can rest between its thresholds, lit and dark, only where its contrast is below their sum. Noise of two
-        standard deviations is added to that.
-
-        Parameters
-        ----------
-        state : PixelState
-        model : PixelModel
-
-        Returns
-        -------
-        Patch
-        """
-        widest = state.threshold_on[self.index] + state.threshold_off[self.index] + 2 * np.float32(model.noise)
-        return self._part(np.flatnonzero(self.highest - self.lowest < widest))
-
     def choose(self, state: PixelState, model: PixelModel) -> Patch:
         """Return the patch of the pixels that can reach a threshold; the level of the others settles on their signal.
 
@@ -128,27 +110,23 @@ class Patch:
         -------
         Patch
         """
-        margin = np.float32(NOISE_REACH * model.noise * noise_scale(float(np.exp(self.lowest.min()))))
+        margin = np.float32(NOISE_REACH * model.noise)
         chosen = _settle_or_choose(self.index, self.lowest, self.highest, self.last, state.reference,
                                    state.threshold_on, state.threshold_off, margin, state.level)  # fmt: skip
-        return self if chosen.size == self.index.size else self._part(chosen)
-
-    def _part(self, chosen: I8) -> Patch:
-        """Return the patch of some of its pixels."""
+        if chosen.size == self.index.size:
+            return self
         return Patch(
             self.index.take(chosen), self.ambient.take(chosen, axis=1), self.glow.take(chosen, axis=2),
             self.lowest.take(chosen), self.highest.take(chosen), self.last.take(chosen), self.waveforms,
         )  # fmt: skip
 
-    def schedule(self, cuts: F8, time_constant_us: float) -> tuple[F8, I8, F4, I4]:
+    def schedule(self, cuts: F8) -> tuple[F8, I8, F4, I4]:
         """Return when the light of the patch changes in a span, and what it is from then on.
 
         Parameters
         ----------
         cuts : ndarray of float64, shape (steps + 1,)
             Borders of the steps [us].
-        time_constant_us : float
-            Of the pixels, for the cells of their noise [us].
 
         Returns
         -------
@@ -158,13 +136,16 @@ class Patch:
         start, end = float(cuts[0]), float(cuts[-1])
         # Each packet holds an edge, so steps from one packet before the span on include the edge that began its light.
         steps = [wave.steps(start - wave.packet_us, end) for wave in self.waveforms]
-        cells, numbers = noise_cells(start, end, time_constant_us)
-        edges = np.unique(np.concatenate([cuts, cells[1:], *[times[times > start] for times, _ in steps]]))
+        edges = np.unique(np.concatenate([cuts, *[times[times > start] for times, _ in steps]]))
         middles = (edges[:-1] + edges[1:]) / 2
         last = [np.searchsorted(times, middles, side="right") - 1 for times, _ in steps]
         levels = np.stack([lv[k] for (_, lv), k in zip(steps, last, strict=True)], axis=1)
         maps = np.minimum(np.searchsorted(cuts, middles, side="right") - 1, self.ambient.shape[0] - 1)
-        moments = numbers[np.searchsorted(cells, middles, side="right") - 1]
+        # A stretch that continues from the span before keeps the noise of the moment at which it began.
+        began = np.stack([times[k] for (times, _), k in zip(steps, last, strict=True)]).max(0)
+        if self.ambient.shape[0] > 1:
+            began = np.maximum(began, cuts[maps])
+        moments = np.round(began * 16).astype(np.int64)
         return edges, moments, levels.astype(np.float32), maps.astype(np.int32)
 
 

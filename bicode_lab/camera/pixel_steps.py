@@ -17,20 +17,16 @@ F8 = npt.NDArray[np.float64]
 I4 = npt.NDArray[np.int32]
 I8 = npt.NDArray[np.int64]
 U4 = npt.NDArray[np.uint32]
+U8 = npt.NDArray[np.uint64]
 
 LOG2_E = 1.4426950408889634
 LN_2_HIGH, LN_2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 MAX_EVENTS_PER_STRETCH = 512  # log light moves by less than 512 smallest thresholds (11 decades)
 MAX_TIME_CONSTANTS = 600.0  # in a longer stretch the level reaches its aim long before the end
-# The same for refractory periods. It is less than that of stretches, so that a period of more time constants still ends
-# within a stretch of more time constants; where it does not, the level is at its aim when it ends, here and there.
-MAX_KEPT = 300.0
 # Pixels side by side have seven columns in one array, at distances that the compiler knows; otherwise it would have to
 # check that they do not overlap. The distance is no multiple of 4 kB, which would make columns share cache lines.
 MAX_LANES = 1320
 OFF_AIM, REF_OFF, REST, KEPT, ON, OFF, SHARE = (k * MAX_LANES for k in range(7))
-NOISE_CELL = 4  # mean length of a noise cell in time constants at signal 1, see `noise_cells`
-NOISE_REACH = 3.46  # largest magnitude of `noise_from`, in standard deviations
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD  # of the square root of one half
 
 
@@ -58,13 +54,13 @@ def fast_log(x: float) -> float:
 
 
 @njit(inline="always")
-def noise_key(seed: np.uint64, pixel: int) -> np.uint32:
-    """Return the key of a pixel for `noise_from`; it is another one for each pixel."""
-    return np.uint32(np.uint32(seed ^ (seed >> np.uint64(32))) ^ np.uint32(np.uint32(pixel) * np.uint32(0x9E3779B1)))
+def noise_key(seed: np.uint64, pixel: int) -> np.uint64:
+    """Return the key of a pixel for `noise_from`."""
+    return seed ^ (np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15))
 
 
 @njit(inline="always")
-def noise_from(key: np.uint32, moment: int) -> float:
+def noise_from(key: np.uint64, moment: int) -> float:
     """Return a pixel's standard normal number for a moment, the sum of four uniform ones.
 
     Parameters
@@ -72,64 +68,20 @@ def noise_from(key: np.uint32, moment: int) -> float:
     key : int
         See `noise_key`.
     moment : int
-        A number that names the moment, for example that of a noise cell (`noise_cells`).
+        A number that names the moment.
 
     Returns
     -------
     float
-        The same for the same key and moment; at most `NOISE_REACH` in magnitude.
+        The same for the same key and moment; at most `pixels.NOISE_REACH` in magnitude.
     """
-    name = np.uint64(moment) * np.uint64(0xD1B54A32D192ED03)
-    z = np.uint32(key ^ np.uint32(name >> np.uint64(32)))
-    z = np.uint32((z ^ (z >> np.uint32(16))) * np.uint32(0x85EBCA6B))
-    z = np.uint32((z ^ (z >> np.uint32(13))) * np.uint32(0xC2B2AE35))
-    z = np.uint32(z ^ (z >> np.uint32(16)))
-    low = np.uint32(0xFF)
-    total = (z & low) + ((z >> np.uint32(8)) & low) + ((z >> np.uint32(16)) & low) + (z >> np.uint32(24))
-    return (float(np.int32(total)) - 510.0) * 6.76582e-3  # variance 4 * (256^2 - 1) / 12
-
-
-@njit(inline="always", error_model="numpy")
-def noise_scale(signal: float) -> float:
-    """Return by how much the noise of a pixel's target exceeds that of its level, see `noise_cells`."""
-    x = NOISE_CELL * max(signal, 0.01)  # mean length of a cell, in time constants
-    passed = 1 - fast_exp(-min(x, MAX_TIME_CONSTANTS))
-    return float(1 / np.sqrt(1 - 1 / x + passed * passed / (x * x * x)))
-
-
-def noise_cells(start_us: float, end_us: float, time_constant_us: float) -> tuple[F8, I8]:
-    """Return the cells of time that a span meets; within a cell, the noise of each pixel has one target.
-
-    In units of the mean length of a cell, cell k begins at k + u, where u is a fixed random number in 0 .. 1. So time
-    has no rhythm that a receiver could find. Two moments that are s apart are in one cell with a probability of
-    R(s) = 1 - s + s^3 / 6 for s < 1, (2 - s)^3 / 6 for s < 2, and 0 beyond. This is the autocorrelation of the target,
-    and its integral from 0 on is 7 / 12. With a mean length of 12 / 7 time constants, the correlation time of the
-    target is one time constant. The level of a pixel that has x time constants in a cell follows the target with the
-    variance x times the integral of exp(-x s) R(s), which is 1 - 1 / x + (1 - exp(-x))^2 / x^3 of the target's.
-    `noise_scale` is one over its root.
-
-    Parameters
-    ----------
-    start_us, end_us : float
-        The span [us].
-    time_constant_us : float
-        Time constant of a pixel in the light of the office wall [us].
-
-    Returns
-    -------
-    starts_us : ndarray of float64, shape (cells,)
-        Rising; the first is at or before `start_us`, all others are before `end_us` [us].
-    numbers : ndarray of int64, shape (cells,)
-        Numbers of the cells, for `noise_from`.
-    """
-    mean_us = NOISE_CELL * time_constant_us
-    numbers = np.arange(int(np.floor(start_us / mean_us)) - 1, int(np.ceil(end_us / mean_us)) + 1)
-    z = numbers.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    z = key ^ (np.uint64(moment) * np.uint64(0xD1B54A32D192ED03))
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    starts = (numbers + (z >> np.uint64(40)) / 2.0**24) * mean_us
-    met = slice(int(np.searchsorted(starts, start_us, side="right")) - 1, int(np.searchsorted(starts, end_us)))
-    return starts[met], numbers[met]
+    z = z ^ (z >> np.uint64(31))
+    low = np.uint64(0xFFFF)
+    total = (z & low) + ((z >> np.uint64(16)) & low) + ((z >> np.uint64(32)) & low) + (z >> np.uint64(48))
+    return (float(total) - 131070.0) * 2.6429e-5  # variance 4 * 65536^2 / 12
 
 
 @njit(cache=True, error_model="numpy")
@@ -162,9 +114,7 @@ def _begin(many: int, start: float, end: float, rate: F8, free: F8, lanes: F8) -
     if held:
         for i in range(many):
             if free[i] > start and free[i] < end:
-                lanes[REF_OFF + i] = lanes[OFF_AIM + i] = lanes[OFF_AIM + i] * fast_exp(
-                    -min((free[i] - start) * rate[i], MAX_KEPT)
-                )
+                lanes[REF_OFF + i] = lanes[OFF_AIM + i] = lanes[OFF_AIM + i] * fast_exp((start - free[i]) * rate[i])
                 lanes[REST + i] = fast_exp(min((end - free[i]) * rate[i], MAX_TIME_CONSTANTS))
     for i in range(many):
         reaches = (lanes[REF_OFF + i] < -lanes[ON + i]) | (lanes[REF_OFF + i] > lanes[OFF + i])
@@ -212,7 +162,7 @@ def _cross_once(n: int, lanes: F8, pixels: U4, times: F8, count: int) -> tuple[i
 
 @njit(cache=True, error_model="numpy")
 def fire_stretch(
-    many: int, start: float, end: float, keys: U4, moment: int, noise: F8, light: F8, rate: F8, kept: F8,
+    many: int, start: float, end: float, keys: U8, moment: int, noise: float, light: F8, rate: F8,
     level: F8, reference: F8, free: F8, on: F8, off: F8, refractory_us: float, delay_on: float, delay_off: float,
     places: I8, room: F8, lanes: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
@@ -228,10 +178,10 @@ def fire_stretch(
         Number of pixels.
     start, end : float
         The stretch [us].
-    keys, moment, noise : ndarray, int, ndarray
-        Of the noise in this stretch, see `noise_from`; the standard deviation of its target.
-    light, rate, kept : ndarray
-        Log signal, inverse of the time constant [1/us], and what is left of a distance after a refractory period.
+    keys, moment, noise : ndarray, int, float
+        Of the noise in this stretch, see `noise_from`; its standard deviation.
+    light, rate : ndarray
+        Log signal, and the inverse of the time constant [1/us].
     level, reference, free : ndarray
         Level, level at the end of the last reset, and the end of that reset [us]; all three are changed.
     on, off : ndarray
@@ -254,13 +204,13 @@ def fire_stretch(
     """
     aim, before = room[0], count
     for i in range(many):
-        aim[i] = light[i] + noise[i] * noise_from(keys[i], moment)
+        aim[i] = light[i] + noise * noise_from(keys[i], moment)
     for i in range(many):
         lanes[OFF_AIM + i], lanes[REF_OFF + i] = level[i] - aim[i], reference[i] - aim[i]
         lanes[ON + i], lanes[OFF + i] = on[i], off[i]
     for i in range(many):
         lanes[REST + i] = fast_exp(min((end - start) * rate[i], MAX_TIME_CONSTANTS))
-        lanes[KEPT + i] = kept[i]
+        lanes[KEPT + i] = fast_exp(-refractory_us * rate[i])
     more = _begin(many, start, end, rate, free, lanes)
     while more:
         more, count = _cross_once(many, lanes, pixels, times, count)

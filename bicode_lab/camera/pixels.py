@@ -6,9 +6,8 @@ refractory period; its level at the end of that is its new reference. Between tw
 an exponential, so the time of each crossing has a closed form, and events are not bunched at the frames of a simulator
 (see docs/design.md).
 
-The noise of a pixel is a random target, which is drawn anew after about a time constant, whatever the light does, and
-passes through the same low-pass. So it is continuous and depends on nothing but pixel and time (see
-`pixel_steps.noise_cells`).
+The noise of a pixel is a random target for each stretch of constant light, which passes through the same low-pass. So
+it is continuous, has the bandwidth of the pixel and is drawn anew at each edge of the light.
 """
 
 from __future__ import annotations
@@ -16,29 +15,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from bicode_lab.camera.pixel_steps import (
-    F4,
-    F8,
-    I4,
-    I8,
-    MAX_KEPT,
-    MAX_LANES,
-    U4,
-    fast_exp,
-    fast_log,
-    fire_stretch,
-    max_events,
-    noise_key,
-    noise_scale,
-)
+from bicode_lab.camera.pixel_steps import F4, F8, I4, I8, MAX_LANES, U4, fast_log, fire_stretch, max_events, noise_key
 from bicode_lab.constants import constant
 from bicode_lab.kernels import njit
 
-Flags = npt.NDArray[np.bool_]
-
 SMALLEST_THRESHOLD = 0.05
+NOISE_REACH = 3.47  # largest magnitude of `noise_from`, in standard deviations
 SIDE_BY_SIDE = 256  # pixels; their state fits into the first level cache
 
 
@@ -55,7 +38,7 @@ class PixelModel:
     time_constant_us : float
         Time constant of the low-pass at signal 1, the office wall [us]; it is proportional to 1 / signal (fitted).
     noise : float
-        Standard deviation of the noise of the log level (0.05, from a trial).
+        Standard deviation of the noise of the log level (0.05, from a trial), drawn anew at each change of the light.
     latency_on_us, latency_off_us : float
         Delay after a crossing [us] (20 and 30, fitted to measured latencies of an IMX636).
     refractory_us : float
@@ -64,9 +47,6 @@ class PixelModel:
         Mean rate of background activity per pixel [Hz] (0.003, median of a quiet EVK4 recording).
     background_off_share : float
         Share of OFF events in it, 0 .. 1 (0.64, the same recording).
-    leak_hz : float
-        Rate of the ON events of a pixel in constant light, because its reference leaks [Hz]; they are a part of the
-        background activity.
     hot_pixels : int
         Number of pixels that fire without a cause. Their rates are spread evenly in the logarithm up to `hot_pixel_hz`.
     hot_pixel_hz : float
@@ -88,7 +68,6 @@ class PixelModel:
     refractory_us: float = constant("refractory_us")
     background_hz: float = 0.003
     background_off_share: float = 0.64
-    leak_hz: float = constant("leak_hz")
     hot_pixels: int = 8
     hot_pixel_hz: float = 134.0
 
@@ -99,7 +78,7 @@ class PixelModel:
         if not self.time_constant_us > 0:
             raise ValueError(f"time_constant_us={self.time_constant_us} is not possible; choose more than 0")
         for name in ("threshold_spread", "noise", "latency_on_us", "latency_off_us", "refractory_us", "background_hz",
-                     "leak_hz", "hot_pixels", "hot_pixel_hz"):  # fmt: skip
+                     "hot_pixels", "hot_pixel_hz"):  # fmt: skip
             if not getattr(self, name) >= 0:
                 raise ValueError(f"{name}={getattr(self, name)} is negative; choose 0 or more")
         if not 0 <= self.background_off_share <= 1:
@@ -150,33 +129,6 @@ def start_pixels(signal: F4, model: PixelModel, rng: np.random.Generator) -> Pix
     return PixelState(level, level.copy(), np.full(signal.size, -1e18), on, off)
 
 
-@njit(cache=True)
-def held_lights(maps: I4, levels: F4) -> tuple[I8, Flags]:
-    """Return which of two stores holds the light of each stretch, and whether it has to be computed for it.
-
-    Parameters
-    ----------
-    maps, levels : ndarray
-        See `fire_lit_pixels`.
-
-    Returns
-    -------
-    store : ndarray of int64, shape (stretches,)
-        0 or 1; a new light takes the place of the one that was used before the last one.
-    is_new : ndarray of bool, shape (stretches,)
-    """
-    store, is_new = np.zeros(maps.size, np.int64), np.ones(maps.size, np.bool_)
-    held, last = np.full(2, -1), 0
-    for k in range(maps.size):
-        at = 1 - last
-        for s in range(2):
-            j = held[s]
-            if j >= 0 and maps[j] == maps[k] and (levels[j] == levels[k]).all():
-                at, is_new[k] = s, False
-        store[k], held[at], last = at, k, at
-    return store, is_new
-
-
 @njit(cache=True, error_model="numpy")
 def fire_lit_pixels(
     first: int, index: I4, ambient: F4, glow: F4, edges: F8, moments: I8, levels: F4, maps: I4,
@@ -199,7 +151,8 @@ def fire_lit_pixels(
     edges : ndarray, shape (stretches + 1,)
         Times at which the light changes, start and end of the span included [us].
     moments : ndarray, shape (stretches,)
-        Numbers of the noise cells, whose borders are among `edges`; see `pixel_steps.noise_cells`.
+        A number that names the time at which a stretch began, for its noise. A stretch that is cut by the border of a
+        span keeps its number.
     levels : ndarray, shape (stretches, markers)
         LED level, 0 .. 1.
     maps : ndarray, shape (stretches,)
@@ -222,13 +175,13 @@ def fire_lit_pixels(
     """
     stretches, markers = levels.shape
     most = max_events(edges, refractory_us)
-    room, lanes = np.empty((11, SIDE_BY_SIDE)), np.empty(7 * MAX_LANES)
-    signal, light, rate, v, ref, free, on, off, drift, kept = (  # one by one: rows of `a, b = room` are not wide
-        room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8], room[9], room[10]
+    room, lanes = np.empty((9, SIDE_BY_SIDE)), np.empty(7 * MAX_LANES)
+    signal, light, rate, v, ref, free, on, off = (  # one by one: loops over rows of `a, b = room` do not become wide
+        room[1], room[2], room[3], room[4], room[5], room[6], room[7], room[8]
     )  # fmt: skip
-    shone = np.empty((8, SIDE_BY_SIDE))  # what follows from each of the last two lights, since an LED alternates
-    held, is_new = held_lights(maps, levels)
-    keys, places = np.empty(SIDE_BY_SIDE, np.uint32), np.empty(SIDE_BY_SIDE, np.int64)
+    shone = np.empty((4, SIDE_BY_SIDE))  # light and rate of the last two stretches, since an LED alternates
+    is_new = np.abs(maps[2:] - maps[:-2]) + np.abs(levels[2:] - levels[:-2]).sum(1) > 0
+    keys, places = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(SIDE_BY_SIDE, np.int64)
     for lead in range(first, index.size, SIDE_BY_SIDE):
         many = min(SIDE_BY_SIDE, index.size - lead)
         if count + many * most > pixels.size:
@@ -244,23 +197,19 @@ def fire_lit_pixels(
                 threshold_off[at],
             )
         for k in range(stretches):
-            row = 4 * held[k]
-            if is_new[k]:
+            held = 2 * (k % 2)
+            if k < 2 or is_new[k - 2]:
                 for i in range(many):
                     signal[i] = ambient[maps[k], lead + i]
                 for m in range(markers):
                     for i in range(many):
                         signal[i] += float(glow[maps[k], m, lead + i]) * float(levels[k, m])
                 for i in range(many):
-                    shone[row, i], shone[row + 1, i] = fast_log(signal[i]), signal[i] / tau_us
-                    shone[row + 2, i] = noise * noise_scale(signal[i])
-                    shone[row + 3, i] = fast_exp(-min(refractory_us * shone[row + 1, i], MAX_KEPT))
+                    shone[held, i], shone[held + 1, i] = fast_log(signal[i]), signal[i] / tau_us
             for i in range(many):
-                light[i], rate[i], drift[i], kept[i] = (
-                    shone[row, i], shone[row + 1, i], shone[row + 2, i], shone[row + 3, i]
-                )  # fmt: skip
+                light[i], rate[i] = shone[held, i], shone[held + 1, i]
             count = fire_stretch(
-                many, edges[k], edges[k + 1], keys, moments[k], drift, light, rate, kept, v, ref, free, on, off,
+                many, edges[k], edges[k + 1], keys, moments[k], noise, light, rate, v, ref, free, on, off,
                 refractory_us, delay_on, delay_off, places, room, lanes, pixels, times, count,
             )  # fmt: skip
         for i in range(many):

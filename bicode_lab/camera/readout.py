@@ -12,9 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from bicode_lab.camera.pixel_steps import U4
-from bicode_lab.camera.pixels import sort_by_time
-from bicode_lab.events import EVENT_DTYPE, Events, words
+from bicode_lab.events import Events, words
 from bicode_lab.kernels import njit
 
 
@@ -51,76 +49,6 @@ class Readout:
         for name in ("peak_mev_per_s", "sustained_mev_per_s", "buffer_events"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}={getattr(self, name)} lets nothing through; choose more than 0")
-
-
-class EventBuffer:
-    """The events that have fired and are not yet read, in the order in which pixels are run.
-
-    Parameters
-    ----------
-    room : int
-        Number of events that it holds at first; it grows.
-
-    Attributes
-    ----------
-    pixels, times : ndarray
-        Room for the events, see `pixels.fire_lit_pixels`.
-    count : int
-        Number of events.
-    """
-
-    def __init__(self, room: int) -> None:
-        self.pixels, self.times, self.count = np.empty(room, np.uint32), np.empty(room), 0
-
-    def double(self) -> None:
-        """Double the number of events that the buffer holds."""
-        self.pixels = np.concatenate([self.pixels, np.empty_like(self.pixels)])
-        self.times = np.concatenate([self.times, np.empty_like(self.times)])
-
-    def add(self, pixels: U4, times: npt.NDArray[np.float64]) -> None:
-        """Add events.
-
-        Parameters
-        ----------
-        pixels, times : ndarray
-            See `pixels.fire_lit_pixels`.
-        """
-        needed = self.count + pixels.size
-        while needed > self.pixels.size:
-            self.double()
-        self.pixels[self.count : needed], self.times[self.count : needed] = pixels, times
-        self.count = needed
-
-    def before(self, end_us: float) -> tuple[U4, npt.NDArray[np.float64]]:
-        """Return copies of the events before a time [us], which stay in the buffer."""
-        is_ready = self.times[: self.count] < end_us
-        return self.pixels[: self.count][is_ready], self.times[: self.count][is_ready]
-
-    def discard_before(self, end_us: float) -> None:
-        """Remove the events before a time [us]."""
-        kept = np.flatnonzero(self.times[: self.count] >= end_us)
-        self.pixels[: kept.size], self.times[: kept.size] = self.pixels[kept], self.times[kept]
-        self.count = kept.size
-
-    def take(self, start_us: int, end_us: int, width: int) -> Events:
-        """Take the events before a time out of the buffer.
-
-        Parameters
-        ----------
-        start_us, end_us : int
-            No event is before `start_us`; those from `end_us` on, delayed by latency, stay [us].
-        width : int
-            Of the sensor [px].
-
-        Returns
-        -------
-        ndarray of EVENT_DTYPE
-            Sorted by time.
-        """
-        events = np.empty(self.count, EVENT_DTYPE)
-        early = sort_by_time(self.pixels, self.times, self.count, start_us, end_us, width, words(events))
-        self.count -= early
-        return events[:early]
 
 
 class ReadoutQueue:

@@ -20,18 +20,17 @@ from bicode_lab.camera.pixel_steps import (
     F4,
     F8,
     I8,
-    MAX_KEPT,
     MAX_LANES,
     MAX_TIME_CONSTANTS,
-    NOISE_REACH,
     U4,
+    U8,
     fast_exp,
     fire_stretch,
     max_events,
     noise_from,
     noise_key,
-    noise_scale,
 )
+from bicode_lab.camera.pixels import NOISE_REACH
 from bicode_lab.kernels import njit
 
 NEAREST_HORIZON = 1e-6  # 1 / depth [1/m]; below it, a line of sight counts as missing the wall
@@ -39,10 +38,8 @@ ROUNDING = 1e-5  # of 32-bit levels and extremes; a pixel this close to its thre
 SIDE_BY_SIDE = 512  # pixels; a whole number of wide instructions
 # Columns of the active pixels in one array, at distances that the compiler knows (see `pixel_steps`).
 DISTANCE = SIDE_BY_SIDE + 24
-X, Y, LEVEL, REFERENCE, FREE, ON, OFF, RIGHT, DOWN, SEEN, LIGHT, RATE, AIM, BUSY, DRIFT = (
-    k * DISTANCE for k in range(15)
-)
-COLUMNS = 15
+X, Y, LEVEL, REFERENCE, FREE, ON, OFF, RIGHT, DOWN, SEEN, LIGHT, RATE, AIM, BUSY = (k * DISTANCE for k in range(14))
+COLUMNS = 14
 
 Flags = npt.NDArray[np.bool_]
 
@@ -122,7 +119,7 @@ def look_up(image: F4, h: Floats, base: float, x: F8, y: F8) -> F4:
 def _select(
     lead: int, many: int, width: int, taken: Flags, skipped: Flags, lowest: F4, highest: F4, log_ambient: float,
     middle: Floats, start_us: float, moments: I8, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
-    seed: np.uint64, noise: float, active: I8, waiting: int, lanes: F8, at: I8, keys: U4,
+    seed: np.uint64, noise: float, active: I8, waiting: int, lanes: F8, at: I8, keys: U8,
 ) -> tuple[int, int]:  # fmt: skip
     """Decide whether `many` pixels from `lead` on are skipped; add the active ones to a list of `waiting` ones.
 
@@ -152,11 +149,9 @@ def _select(
         i, lanes[AIM + j], lanes[RATE + j] = at[j], 0.0, 0.0
         keys[j], lanes[DOWN + j] = noise_key(seed, lead + i), lanes[OFF + i]
         lanes[RIGHT + j] = -1.0 if free_us[lead + i] > start_us else lanes[ON + i]  # active while in reset
-    for m in range(moments.size):
-        if m and moments[m] == moments[m - 1]:
-            continue
+    for moment in moments:
         for j in range(n):
-            z = noise_from(keys[j], moments[m])
+            z = noise_from(keys[j], moment)
             lanes[AIM + j], lanes[RATE + j] = max(lanes[AIM + j], z), min(lanes[RATE + j], z)
     for j in range(n):
         p = lead + at[j]
@@ -169,19 +164,16 @@ def _select(
 
 
 @njit(cache=True, error_model="numpy")
-def _follow(many: int, start: float, end: float, keys: U4, moment: int, is_new: bool, noise: float, tau_us: float,
+def _follow(many: int, start: float, end: float, keys: U8, moment: int, noise: float, tau_us: float,
             lanes: F8, turn: I8) -> int:  # fmt: skip
-    """Run the first `many` pixels, which see `LIGHT`, new or as before, through one stretch as if none could fire.
+    """Run the first `many` pixels, which see `LIGHT`, through one stretch as if none could fire.
 
     Pixels that may fire, or are in reset, are left as they were. `turn` is filled with them; their number is returned.
     """
     took, n = end - start, 0
-    if is_new:
-        for i in range(many):
-            signal = fast_exp(lanes[LIGHT + i])
-            lanes[RATE + i], lanes[DRIFT + i] = signal / tau_us, noise * noise_scale(signal)
     for i in range(many):
-        lanes[AIM + i] = lanes[LIGHT + i] + lanes[DRIFT + i] * noise_from(keys[i], moment)
+        lanes[RATE + i] = fast_exp(lanes[LIGHT + i]) / tau_us
+        lanes[AIM + i] = lanes[LIGHT + i] + noise * noise_from(keys[i], moment)
     for i in range(many):
         aim, rest = lanes[AIM + i], fast_exp(min(took * lanes[RATE + i], MAX_TIME_CONSTANTS))
         way = aim - lanes[REFERENCE + i]
@@ -196,44 +188,40 @@ def _follow(many: int, start: float, end: float, keys: U4, moment: int, is_new: 
 
 @njit(cache=True, error_model="numpy")
 def _catch_up(
-    resumed: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, step: I8, edges: F8,
-    moments: I8, seed: np.uint64, noise: float, tau_us: float, lanes: F8, at: I8, keys: U4, turn: I8, level: F4,
+    resumed: int, width: int, image: F4, log_ambient: float, from_pixels: Floats, edges: F8, moments: I8,
+    seed: np.uint64, noise: float, tau_us: float, lanes: F8, at: I8, keys: U8, turn: I8, level: F4,
 ) -> None:  # fmt: skip
     """Bring the skipped pixels in `at` up to date: compute their level from the last stretches before this span."""
     for j in range(resumed):
         keys[j], lanes[X + j], lanes[Y + j] = noise_key(seed, at[j]), at[j] % width, at[j] // width
         lanes[REFERENCE + j], lanes[FREE + j], lanes[ON + j], lanes[OFF + j] = at[j], -np.inf, np.inf, np.inf
     for k in range(moments.size):
-        is_new = k == 0 or step[k] != step[k - 1]
-        if is_new:
-            find_places(image.shape, from_pixels[step[k]], resumed, lanes, at)
-            read_places(image, resumed, lanes, at, log_ambient)
+        find_places(image.shape, from_pixels[k], resumed, lanes, at)
+        read_places(image, resumed, lanes, at, log_ambient)
         if k == 0:
             lanes[LEVEL : LEVEL + resumed] = lanes[LIGHT : LIGHT + resumed]
-        _follow(resumed, edges[k], edges[k + 1], keys, moments[k], is_new, noise, tau_us, lanes, turn)
+        _follow(resumed, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
     for j in range(resumed):
         level[int(lanes[REFERENCE + j])] = lanes[LEVEL + j]
 
 
 @njit(cache=True, error_model="numpy")
 def _fire(
-    n: int, turn: I8, start: float, end: float, keys: U4, moment: int, refractory_us: float,
+    n: int, turn: I8, start: float, end: float, keys: U8, moment: int, noise: float, refractory_us: float,
     delay_on: float, delay_off: float, active: I8, lanes: F8, room: F8, pixels: U4, times: F8, count: int,
 ) -> int:  # fmt: skip
     """Run the `n` pixels that `_follow` has listed through their stretch, as the pixels of a marker are run."""
-    columns = room[: 16 * SIDE_BY_SIDE].reshape(16, SIDE_BY_SIDE)
+    columns = room[: 14 * SIDE_BY_SIDE].reshape(14, SIDE_BY_SIDE)
     light, rate, v, ref, free, on, off = columns[5:12]
-    few_keys, places, drift = columns[12].view(np.uint32), columns[13].view(np.int64), columns[14]
-    kept = columns[15]
+    few_keys, places = columns[12].view(np.uint64), columns[13].view(np.int64)
     for j in range(n):
         i = turn[j]
         few_keys[j], places[j], light[j], rate[j] = keys[i], active[i], lanes[LIGHT + i], lanes[RATE + i]
         v[j], ref[j], free[j] = lanes[LEVEL + i], lanes[REFERENCE + i], lanes[FREE + i]
-        on[j], off[j], drift[j] = lanes[ON + i], lanes[OFF + i], lanes[DRIFT + i]
-        kept[j] = fast_exp(-min(refractory_us * rate[j], MAX_KEPT))
+        on[j], off[j] = lanes[ON + i], lanes[OFF + i]
     count = fire_stretch(
-        n, start, end, few_keys, moment, drift, light, rate, kept, v, ref, free, on, off, refractory_us, delay_on,
-        delay_off, places, columns, room[16 * SIDE_BY_SIDE :], pixels, times, count,
+        n, start, end, few_keys, moment, noise, light, rate, v, ref, free, on, off, refractory_us, delay_on, delay_off,
+        places, columns, room[14 * SIDE_BY_SIDE :], pixels, times, count,
     )  # fmt: skip
     for j in range(n):
         i = turn[j]
@@ -244,7 +232,7 @@ def _fire(
 @njit(cache=True, error_model="numpy")
 def fire_wall_pixels(
     first: int, width: int, taken: Flags, skipped: Flags, image: F4, lowest: F4, highest: F4, log_ambient: float,
-    before: tuple[Floats, I8, F8, I8], from_pixels: Floats, step: I8, edges: F8, moments: I8,
+    before: tuple[Floats, F8, I8], from_pixels: Floats, edges: F8, moments: I8,
     level: F4, reference: F4, free_us: F8, threshold_on: F4, threshold_off: F4,
     seed: np.uint64, noise: float, tau_us: float, refractory_us: float, delay_on: float, delay_off: float,
     pixels: U4, times: F8, count: int,
@@ -265,17 +253,14 @@ def fire_wall_pixels(
         See `Wall.extremes`.
     log_ambient : float
         Log signal of reflectance 1.
-    before : tuple of `from_pixels`, `step`, `edges` and `moments`
+    before : tuple of `from_pixels`, `edges` and `moments`
         The last stretches before this span, long enough for a pixel to forget what was before them.
-    from_pixels : ndarray, shape (steps, 3, 3)
-        Homography to the points of the wall in each step of the motion.
-    step : ndarray of int64, shape (stretches,)
-        The step of the motion that a stretch belongs to.
+    from_pixels : ndarray, shape (stretches, 3, 3)
+        Homography to the points of the wall in each stretch.
     """
-    most, stretches, middle = max_events(edges, refractory_us), step.size, from_pixels[from_pixels.shape[0] // 2]
-    largest = noise * noise_scale(np.exp(log_ambient + lowest.min()))  # of the target, at the darkest place
+    most, stretches = max_events(edges, refractory_us), from_pixels.shape[0]
     lanes, at, turn = np.empty(COLUMNS * DISTANCE), np.empty(SIDE_BY_SIDE, np.int64), np.empty(SIDE_BY_SIDE, np.int64)
-    keys, fire_room = np.empty(SIDE_BY_SIDE, np.uint32), np.empty(16 * SIDE_BY_SIDE + 7 * MAX_LANES)
+    keys, fire_room = np.empty(SIDE_BY_SIDE, np.uint64), np.empty(14 * SIDE_BY_SIDE + 7 * MAX_LANES)
     active, waiting, lead = np.empty(2 * SIDE_BY_SIDE, np.int64), 0, first
     while lead < taken.size or waiting:
         has_room = count + (waiting + SIDE_BY_SIDE) * most <= pixels.size
@@ -284,8 +269,8 @@ def fire_wall_pixels(
         if has_room and lead < taken.size and waiting < SIDE_BY_SIDE:
             many = min(SIDE_BY_SIDE, taken.size - lead)
             waiting, resumed = _select(
-                lead, many, width, taken, skipped, lowest, highest, log_ambient, middle, edges[0], moments,
-                reference, free_us, threshold_on, threshold_off, seed, largest, active, waiting, lanes, at, keys,
+                lead, many, width, taken, skipped, lowest, highest, log_ambient, from_pixels[stretches // 2], edges[0],
+                moments, reference, free_us, threshold_on, threshold_off, seed, noise, active, waiting, lanes, at, keys,
             )  # fmt: skip
             if resumed:
                 _catch_up(
@@ -300,14 +285,12 @@ def fire_wall_pixels(
             lanes[LEVEL + i], lanes[REFERENCE + i] = level[p], reference[p]
             lanes[ON + i], lanes[OFF + i] = threshold_on[p], threshold_off[p]
         for k in range(stretches):
-            is_new = k == 0 or step[k] != step[k - 1]
-            if is_new:
-                find_places(image.shape, from_pixels[step[k]], many, lanes, at)
-                read_places(image, many, lanes, at, log_ambient)
-            n = _follow(many, edges[k], edges[k + 1], keys, moments[k], is_new, noise, tau_us, lanes, turn)
+            find_places(image.shape, from_pixels[k], many, lanes, at)
+            read_places(image, many, lanes, at, log_ambient)
+            n = _follow(many, edges[k], edges[k + 1], keys, moments[k], noise, tau_us, lanes, turn)
             if n:
                 count = _fire(
-                    n, turn, edges[k], edges[k + 1], keys, moments[k], refractory_us, delay_on, delay_off,
+                    n, turn, edges[k], edges[k + 1], keys, moments[k], noise, refractory_us, delay_on, delay_off,
                     active, lanes, fire_room, pixels, times, count,
                 )  # fmt: skip
         for i in range(many):

@@ -41,6 +41,7 @@ Reason = Literal["no_events", "no_start", "cut", "manchester", "checksum", "conf
 REASONS: tuple[Reason, ...] = ("no_events", "no_start", "cut", "manchester", "checksum", "conflict")
 """Why there is no ID. Of several reasons, the one that is listed last is given."""
 
+UNSEEN_BINS = 1.5  # an edge this near the end of the counts may not show yet
 RUN_SLACK_CHIPS = 1.25  # how much shorter the off run may look: a bin, the tail of an OFF edge, 6 % of the clock
 
 
@@ -193,7 +194,7 @@ def _read_packet(
             continue
         shifted = np.concatenate([np.zeros(place, np.uint8), chips])
         bits, has_edge = manchester_decode(shifted[:n_data], "ieee")
-        n_seen = int((n_bins - times[first] - phase) / chip) + place  # chips that end within the counts
+        n_seen = int((n_bins - UNSEEN_BINS - times[first] - phase) / chip) + place  # the last edge may still be missing
         if not has_edge.all() or shifted[n_data : min(n_data + f.start_bits, n_seen)].any():
             continue
         for convention in conventions:

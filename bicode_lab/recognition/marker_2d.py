@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import cv2
 import numpy as np
@@ -185,26 +184,14 @@ def find_pose(corners: npt.ArrayLike, settings: ReceiverSettings) -> tuple[Vecto
     back = np.roll(seen, -first, axis=0)[::-1]
     found = np.ascontiguousarray(back).reshape(4, 1, 2)
     points = (square_corners_m(settings.pattern_size_m), found, camera, np.zeros(4))
-    solved = _solve(points, cv2.SOLVEPNP_IPPE_SQUARE) or _solve(points, cv2.SOLVEPNP_ITERATIVE)
-    if solved is None:
+    known, rvec, tvec = cv2.solvePnP(*points, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+    if not np.isfinite([*rvec, *tvec]).all():  # IPPE divides by zero on a perfect square
+        known, rvec, tvec = cv2.solvePnP(*points, flags=cv2.SOLVEPNP_ITERATIVE)
+    if not known or not np.isfinite([*rvec, *tvec]).all():
         return None
-    rvec, tvec = solved
     rotation = cv2.Rodrigues(rvec)[0] @ BACK_TO_FRONT @ np.linalg.matrix_power(QUARTER_TURN, first)
     r, t = np.ravel(cv2.Rodrigues(rotation)[0]).tolist(), np.ravel(tvec).tolist()
     return (r[0], r[1], r[2]), (t[0], t[1], t[2])
-
-
-def _solve(points: tuple[Any, ...], method: int) -> tuple[Any, Any] | None:
-    """Return rotation vector and position; None where OpenCV finds none, or divides by zero (IPPE on a square)."""
-    if not np.isfinite(points[1]).all():
-        return None
-    try:
-        known, rvec, tvec = cv2.solvePnP(*points, flags=method)
-    except cv2.error:  # corners on one line, or all at one place
-        return None
-    if not known or rvec is None or tvec is None or not np.isfinite([*rvec, *tvec]).all():
-        return None
-    return rvec, tvec
 
 
 @lru_cache(maxsize=8)

@@ -41,7 +41,7 @@ MAX_BINS = 32  # half frames per period, which are the bits of half a word
 ON_SHIFT = np.uint64(32)  # the upper half of a pixel's word is for ON, the lower half for OFF
 LOWER_HALF = np.uint64(0xFFFFFFFF)
 MIN_HALF_FRAMES = 3  # a kept pixel has events of its own in at least this many half frames
-CLEAR_ALL_FROM = 1 / 16  # share of pixels with events; from it on, the marks of all pixels are cleared at once
+CLEAR_ALL = 16  # if more than one pixel in this many has events, all pixels are cleared at once
 
 
 @dataclass(frozen=True)
@@ -151,18 +151,11 @@ class RegionFinder:
         if self._crowded:  # cleared only now, because this brings the marks into the cache
             self._marks[:] = 0
         n_touched = _mark(coded.codes, cuts, self._marks, self._touched)
-        n_candidates = _list_candidates(self._touched[:n_touched], self._marks, self._kept)
+        n_asked = _ask(self._touched[:n_touched], self._marks, self._kept)
         n_kept: int = _keep(
-            self._kept[:n_candidates],
-            self._marks,
-            s.width,
-            s.height,
-            self.span,
-            self.n_frames,
-            self.min_votes,
-            self._votes,
+            self._kept[:n_asked], self._marks, s.width, s.height, self.span, self.n_frames, self.min_votes, self._votes
         )
-        self._crowded = n_touched > CLEAR_ALL_FROM * self._marks.size
+        self._crowded = n_touched > self._marks.size // CLEAR_ALL
         if not self._crowded:
             self._marks[self._touched[:n_touched]] = 0
         return n_kept
@@ -241,15 +234,15 @@ def _popcount(word):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _list_candidates(touched, marks, candidates):  # type: ignore[no-untyped-def]
+def _ask(touched, marks, asked):  # type: ignore[no-untyped-def]
     """List the pixels with events of their own in enough half frames; the others, which are most, are noise."""
-    n_candidates = 0
+    n_asked = 0
     for i in range(touched.size):
         prefetch(marks, np.uint64(touched[min(i + AHEAD, touched.size - 1)]))
         own = marks[np.uint64(touched[i])]
-        candidates[n_candidates] = touched[i]
-        n_candidates += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= MIN_HALF_FRAMES
-    return n_candidates
+        asked[n_asked] = touched[i]
+        n_asked += _popcount((own | own >> ON_SHIFT) & LOWER_HALF) >= MIN_HALF_FRAMES
+    return n_asked
 
 
 @njit(cache=True, nogil=True)

@@ -160,9 +160,7 @@ class ReceiverSettings:
                 raise ValueError(f"{name}={getattr(self, name)} is too small; choose {least} or more")
         for name in ("min_blink_fraction", "led_gate", "min_iou"):
             if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(
-                    f"{name}={getattr(self, name)} is not between 0 and 1; it is a share, so choose 0 .. 1"
-                )
+                raise ValueError(f"{name}={getattr(self, name)} is not a share; choose 0 .. 1")
         if not 0 <= self.latency_us <= self.delta_t_whole_us:
             raise ValueError(
                 f"latency_us={self.latency_us} is not in 0 .. {self.delta_t_whole_us}; 0 takes nothing off"

@@ -177,9 +177,7 @@ def _fire(
     glow = np.ascontiguousarray(patch.glow[place, 0][:, chosen].reshape(1, 1, -1))
     state = start_pixels(ambient[0], model, rng)
     index = np.arange(ambient.size, dtype=np.int32)
-    edges, moments, levels, maps = replace(patch, ambient=ambient).schedule(
-        np.array([0.0, end_us]), model.time_constant_us
-    )
+    edges, moments, levels, maps = replace(patch, ambient=ambient).schedule(np.array([0.0, end_us]))
     fixed = (index, ambient, glow, edges, moments, levels, maps, state.level, state.reference, state.free_us,
              state.threshold_on, state.threshold_off, np.uint64(rng.integers(2**63)), model.noise,
              model.time_constant_us, model.refractory_us, model.latency_on_us, model.latency_off_us)  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
 
-from bicode_lab.camera.pixel_steps import max_events, noise_cells
+from bicode_lab.camera.pixel_steps import max_events
 from bicode_lab.camera.pixels import SIDE_BY_SIDE, SMALLEST_THRESHOLD, PixelModel, fire_lit_pixels, start_pixels
 from bicode_studies.own_recording.led_response import AHEAD_US, BIN_US, EdgeResponse, find_delays
 
@@ -180,47 +180,17 @@ def _model_events(
     n = MODEL_PIXELS
     state = start_pixels(np.ones(n, np.float32), model, np.random.default_rng(seed))
     light = np.tile(levels, MODEL_PACKETS)
-    edges, on, moments = light_and_noise(light, chip_us, model.time_constant_us)
-    room = n * moments.size * 6 + SIDE_BY_SIDE * max_events(edges, model.refractory_us)
+    turns = np.concatenate([[0], np.flatnonzero(np.diff(light.astype(int))) + 1])
+    edges = np.append(turns, light.size) * chip_us
+    room = n * turns.size * 6 + SIDE_BY_SIDE * max_events(edges, model.refractory_us)
     pixels, times = np.empty(room, np.uint32), np.empty(room)
     _, count = fire_lit_pixels(
         0, np.arange(n, dtype=np.int32), np.ones((1, n), np.float32), np.full((1, 1, n), led_to_ambient, np.float32),
-        edges, moments, on[:, None], np.zeros(moments.size, np.int32),
+        edges, turns.astype(np.int64), light[turns].astype(np.float32)[:, None], np.zeros(turns.size, np.int32),
         state.level, state.reference, state.free_us, state.threshold_on, state.threshold_off,
         np.uint64(seed), model.noise, model.time_constant_us, model.refractory_us, 0.0, 0.0, pixels, times, 0,
     )  # fmt: skip
     return times[:count], (pixels[:count] & 1).astype(np.int64)
-
-
-def light_and_noise(
-    levels: npt.NDArray[np.uint8], chip_us: float, time_constant_us: float
-) -> tuple[Floats, npt.NDArray[np.float32], npt.NDArray[np.int64]]:
-    """Cut the time of some chips where the LED's level changes and where a cell of noise begins.
-
-    Parameters
-    ----------
-    levels : ndarray of uint8, shape (chips,)
-        0 LED off, 1 LED on; the first chip begins at time 0.
-    chip_us : float
-        Length of a chip [us].
-    time_constant_us : float
-        Of the pixels, for the cells of their noise [us].
-
-    Returns
-    -------
-    edges_us : ndarray of float64, shape (stretches + 1,)
-        Borders of the stretches [us].
-    on : ndarray of float32, shape (stretches,)
-        Level of the LED in each stretch.
-    moments : ndarray of int64, shape (stretches,)
-        Number of its noise cell, see `camera.pixel_steps.noise_cells`.
-    """
-    turns = np.concatenate([[0], np.flatnonzero(np.diff(levels.astype(int))) + 1, [levels.size]])
-    cells, numbers = noise_cells(0.0, levels.size * chip_us, time_constant_us)
-    edges = np.unique(np.concatenate([turns * chip_us, cells[1:]]))
-    middles = (edges[:-1] + edges[1:]) / 2
-    on = levels[(middles / chip_us).astype(np.int64)].astype(np.float32)
-    return edges, on, numbers[np.searchsorted(cells, middles, side="right") - 1]
 
 
 def _misfit(response: EdgeResponse, fit: PixelFit, seed: int) -> float:

@@ -15,7 +15,7 @@ from bicode_lab.events import Events
 from bicode_lab.recordings import open_recording
 from bicode_studies.paper_experiments.conditions import Condition
 from bicode_studies.paper_experiments.scenes import scene_of
-from bicode_studies.trial import PERIOD_S, SETTLE_S
+from bicode_studies.trial import PERIOD_S
 
 Floats = npt.NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def wall_rates(condition: Condition, seeds: int, periods: int) -> Floats:
     rates = []
     for seed in range(seeds):
         scene = replace(scene_of(condition, seed), markers=())
-        recorder = Recorder(scene, (periods + 1) * PERIOD_S, np.random.default_rng([seed, 2]), settle_s=SETTLE_S)
+        recorder = Recorder(scene, (periods + 1) * PERIOD_S, np.random.default_rng([seed, 2]))
         rates.append(rates_mev_per_s(recorder)[-periods:])
     return np.concatenate(rates)
 

@@ -19,8 +19,10 @@ from bicode_studies.paper_experiments.conditions import Condition
 
 WALL_M = 5.0  # least distance of the wall behind the marker [m] ...
 WALL_BEHIND = 1.25  # ... and its least distance in distances of the marker
-WALL_PICTURE = "camera"
-WALL_CONTRAST = 0.0218  # makes as many events as a real recording, 0.113 Mev/s at 0.314 m/s and 2.5 m
+WALL_PICTURE, WALL_CONTRAST = (
+    "camera",
+    0.039,
+)  # makes as many events as a real recording, 0.11 Mev/s at 0.314 m/s, 2.5 m
 STRATA = 10  # parts of equal length that a pan is divided into; seed n records from part n modulo 10
 
 
@@ -68,7 +70,7 @@ def scene_of(condition: Condition, seed: int) -> Scene:
     ----------
     condition : Condition
     seed : int
-        Seed of the payload (0 .. 255), of the phase of the packet, of the place within a pixel, of the part of the
+        Seed of the payload (1 .. 255), of the phase of the packet, of the place within a pixel, of the part of the
         pan, and of the angle at which a turn begins.
 
     Returns
@@ -80,7 +82,7 @@ def scene_of(condition: Condition, seed: int) -> Scene:
     optics = optics_of(condition)
     x, y = rng.uniform(-0.5, 0.5, 2) * condition.distance_m / optics.focal_px
     marker = Marker(
-        payload=int(rng.integers(256)),
+        payload=int(rng.integers(1, 256)),
         board=Board(size_m=condition.size_m, aruco_id=round(constant("aruco_id"))),
         current_ma=condition.current_ma,
         band="infrared" if condition.band == "infrared" else "visible",
@@ -184,7 +186,7 @@ def window_scene(distance_m: float, seed: int, clock_error_ppm: float = 0.0) -> 
     distance_m : float
         Distance from camera to marker [m]; the marker faces the camera.
     seed : int
-        Seed of the payload (0 .. 255), of the phase of the packet, of the place within a pixel and of the sign of the
+        Seed of the payload (1 .. 255), of the phase of the packet, of the place within a pixel and of the sign of the
         clock error.
     clock_error_ppm : float
         Size of the error of the transmitter's clock [ppm].
@@ -196,7 +198,7 @@ def window_scene(distance_m: float, seed: int, clock_error_ppm: float = 0.0) -> 
     rng = np.random.default_rng([seed, 1])
     x, y = rng.uniform(-0.5, 0.5, 2) * distance_m / WINDOW.focal_px
     marker = Marker(
-        payload=int(rng.integers(256)),
+        payload=int(rng.integers(1, 256)),
         phase_us=float(rng.uniform(0, paper.PACKET_US)),
         clock_error_ppm=float(clock_error_ppm * rng.choice([-1, 1])),
     )

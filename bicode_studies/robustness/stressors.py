@@ -188,7 +188,7 @@ def add_hot_pixels(
         All events, sorted by time.
     """
     if not 0 <= share <= 1:
-        raise ValueError(f"share={share} is not between 0 and 1; it is the share of the pixels, so choose 0 .. 1")
+        raise ValueError(f"share={share} is not a share of the pixels; choose 0 .. 1")
     hot = np.flatnonzero(rng.random(width * height) < share)
     rates_hz = HOT_HZ * 10 ** (-2 * rng.random(hot.size))
     where = np.repeat(hot, rng.poisson(rates_hz * duration_us * 1e-6))

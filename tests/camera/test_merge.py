@@ -29,7 +29,7 @@ def a_recording(n, span_us, start_us=0, seed=0):
 
 def the_marker_alone(scene, start_us, end_us, seed):
     """Return what the scene adds between two moments of the recording's clock, both included."""
-    quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, leak_hz=0.0, hot_pixels=0))
+    quiet = replace(scene, pixel_model=replace(scene.pixel_model, background_hz=0.0, hot_pixels=0))
     seconds = (end_us - start_us) * 1e-6 + 0.02
     events = np.concatenate([no_events(), *Recorder(quiet, seconds, np.random.default_rng(seed))])
     events["t"] += start_us

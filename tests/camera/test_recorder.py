@@ -29,7 +29,7 @@ from bicode_lab.marker import Board, Marker
 record_module = sys.modules[Recorder.__module__]  # its name in the package is that of its function
 
 SMALL = Optics(width=200, height=150)
-QUIET = PixelModel(background_hz=0.0, leak_hz=0.0, hot_pixels=0, time_constant_us=150.0)
+QUIET = PixelModel(background_hz=0.0, hot_pixels=0, time_constant_us=150.0)
 EXACT = replace(QUIET, threshold_spread=0.0, noise=0.0)
 INSTANT = Readout(row_us=0.0, peak_mev_per_s=1e9, sustained_mev_per_s=1e9)
 LIGHT = Light(led_to_ambient=1.43)
@@ -312,7 +312,7 @@ def test_the_opening_changes_the_speed_not_the_contrast():
 
 def test_events_follow_the_leds_edges():
     marker = Marker(payload=0x25)
-    events = record(scene(at(5.0), pixel_model=replace(QUIET, noise=0.0)), 0.028, 0)
+    events = record(scene(at(5.0), pixel_model=QUIET), 0.028, 0)
     times, levels = marker.waveform.steps(0, 28_000)
     edge = np.searchsorted(times, events["t"] - 20, side="right") - 1  # 20 us is the shorter latency
     agrees = events["p"] == levels[edge]
@@ -393,7 +393,7 @@ def test_a_step_is_a_quarter_pixel_of_way(speed):
     path = Moving(start=Pose.facing(2.5), velocity_m_per_s=(speed, 0.0, 0.0))
     recorder = Recorder(scene(PlacedMarker(path=path)), 0.1, _rng(0))
     for start in range(0, 100_000, 10_000):
-        cuts = recorder.scene.motion_steps(start, start + 10_000)
+        cuts = recorder._motion_steps(start, start + 10_000)
         way = speed * 0.01 / 2.5 * SMALL.focal_px
         assert cuts.size - 1 == max(1, int(np.ceil(way / 0.25)))
         assert (cuts[0], cuts[-1]) == (start, start + 10_000)
@@ -404,7 +404,7 @@ def test_the_fastest_point_counts():
     # A marker that spins about its middle: its corners go r x omega.
     recorder = Recorder(scene(at(1.0, path=lambda p: spin(p, 64))), 0.1, _rng(0))
     way = 0.025 * np.sqrt(2) / 1.0 * SMALL.focal_px * 64 / 60 * 2 * np.pi * 0.01
-    assert recorder.scene.motion_steps(0, 10_000).size - 1 == int(np.ceil(way / 0.25))
+    assert recorder._motion_steps(0, 10_000).size - 1 == int(np.ceil(way / 0.25))
 
 
 def test_a_pan_moves_the_marker_across_the_image():

@@ -31,9 +31,9 @@ from bicode_lab.marker import Marker
 
 SMALL = Optics(width=120, height=90)
 WHOLE = Box(0, 0, SMALL.width, SMALL.height)
-EXACT = PixelModel(threshold_spread=0.0, noise=0.0, background_hz=0.0, leak_hz=0.0, hot_pixels=0)
+EXACT = PixelModel(threshold_spread=0.0, noise=0.0, background_hz=0.0, hot_pixels=0)
 INSTANT = Readout(row_us=0.0, peak_mev_per_s=1e9, sustained_mev_per_s=1e9)
-NOTHING_BEFORE = np.empty((0, 3, 3)), np.empty(0, np.int64), np.empty(0), np.empty(0, np.int64)
+NOTHING_BEFORE = np.empty((0, 3, 3)), np.empty(0), np.empty(0, np.int64)
 PIXEL_M = 5.0 / SMALL.focal_px  # what a pixel covers on a wall at 5 m
 
 
@@ -146,9 +146,9 @@ def test_wall_pixels_behave_as_lit_pixels_do(noise, texel_px):
             if kind == "wall":
                 done, count = fire_wall_pixels(
                     0, SMALL.width, np.zeros(n, bool), skipped, wall.repeated, *wall.extremes(views, SMALL), 0.0,
-                    before, views, np.arange(stretches), edges, moments, *memory, *settings, pixels, times, 0,
+                    before, views, edges, moments, *memory, *settings, pixels, times, 0,
                 )  # fmt: skip
-                before = views, np.arange(stretches), edges, moments
+                before = views, edges, moments
                 assert 0.05 < skipped.mean() < 0.95
             else:
                 seen = [wall.log_reflectance(v, WHOLE).ravel() for v in views]
@@ -190,7 +190,7 @@ def test_wall_pixels_that_run_out_of_room_go_on_where_they_ended():
             pixels, times = np.empty(room, np.uint32), np.empty(room)
             done, count = fire_wall_pixels(
                 done, SMALL.width, taken, skipped, wall.repeated, *wall.extremes(views, SMALL), 0.0, NOTHING_BEFORE,
-                views, np.arange(20), edges, np.round(edges[:-1] * 16).astype(np.int64), *memory,
+                views, edges, np.round(edges[:-1] * 16).astype(np.int64), *memory,
                 np.uint64(99), 0.05, 150.0, 50.0, 20.0, 30.0, pixels, times, 0,
             )  # fmt: skip
             calls += 1
@@ -224,7 +224,7 @@ def test_a_ramp_of_light_makes_the_events_that_fit_into_it():
 
 def test_a_still_camera_sees_no_wall():
     wall = noisy_wall()
-    model = PixelModel(threshold_spread=0.03, noise=0.0, background_hz=0.0, leak_hz=0.0, hot_pixels=0)
+    model = PixelModel(threshold_spread=0.03, noise=0.0, background_hz=0.0, hot_pixels=0)
     assert record(before(wall, Still(), model=model), 0.03, 0).size == 0
     # Nor beside a marker that moves across it, where the marker's light does not reach.
     path = Moving(start=Pose.facing(5.0), velocity_m_per_s=(0.2, 0.0, 0.0))
@@ -249,23 +249,13 @@ def test_events_follow_the_way_not_the_time(faster):
     assert fast.size == pytest.approx(slow.size, rel=0.02)
 
 
-def test_light_so_bright_that_no_pixel_lags_makes_the_same_events_at_any_brightness():
-    # A refractory period is 200 time constants in the first light, and 200,000 in the second.
-    model = replace(EXACT, time_constant_us=150.0, refractory_us=300.0)
-    wall = Wall(log_image=2 * noisy_wall(5).log_image, texel_m=4 * PIXEL_M)
-    lights = [Light(illuminance_lux=350.0 * times) for times in (1e2, 1e5)]
-    bright, brighter = (record(before(wall, sideways(60), model=model, light=light), 0.2, 0) for light in lights)
-    assert bright.size > 1000
-    assert brighter.size == pytest.approx(bright.size, rel=0.01)
-
-
 def test_the_cost_follows_the_way_not_the_time():
     wall = noisy_wall()
 
     def steps(px_per_s, seconds):
         recorder = Recorder(before(wall, sideways(px_per_s)), seconds, np.random.default_rng(0))
         chunks = range(0, recorder.duration_us, 10_000)
-        return sum(recorder.scene.motion_steps(t, t + 10_000).size - 1 for t in chunks), len(chunks)
+        return sum(recorder._motion_steps(t, t + 10_000).size - 1 for t in chunks), len(chunks)
 
     for speed in (1.0, 10.0, 100.0, 1000.0):
         made, chunks = steps(speed, 10.0 / speed if speed > 10 else 1.0)

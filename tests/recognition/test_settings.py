@@ -23,7 +23,7 @@ from bicode_lab.recognition import ReceiverSettings, settings_for
         ),
         ({"frame_rule_2d": "mean"}, "frame_rule_2d='mean' is not known"),
         ({"dictionary": "DICT_9X9"}, "dictionary='DICT_9X9' is not one of OpenCV's"),
-        ({"led_gate": 1.5}, "led_gate=1.5 is not between 0 and 1"),
+        ({"led_gate": 1.5}, "led_gate=1.5 is not a share"),
         ({"width": 0}, "width=0 is too small"),
         ({"pattern_size_m": 0}, "pattern_size_m=0 is not a length"),
     ],

@@ -13,7 +13,7 @@ from bicode_lab.events import Events, no_events
 from bicode_lab.recognition import ReceiverSettings, recognise
 from bicode_lab.soft_receiver import SoftSettings
 from bicode_studies.score import Periods
-from bicode_studies.trial import PERIOD_S, SETTLE_S, Settings, read, record_and_read, run
+from bicode_studies.trial import PERIOD_S, Settings, read, record_and_read, run
 
 OPTICS = Optics(width=160, height=120)
 SCENE = Scene(optics=OPTICS)  # the paper's marker at its nearest
@@ -32,7 +32,7 @@ def test_the_paper_s_period_is_33_ms() -> None:
 
 def test_all_receivers_read_one_recording_with_the_camera_s_own_seed() -> None:
     trial = record_and_read(SCENE, RECEIVERS, periods=THREE, seed=4)
-    events = record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2]), settle_s=SETTLE_S)
+    events = record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2]))
     assert trial.n_events == events.size
     for name, settings in RECEIVERS.items():
         reading = trial.readings[name]
@@ -70,7 +70,7 @@ def test_periods_of_the_warm_up_are_read_and_not_judged() -> None:
 
 def test_a_recording_may_be_longer_than_what_is_judged() -> None:
     trial = record_and_read(SCENE, {"paper": PAPER}, periods=THREE, seed=4, duration_s=5 * PERIOD_S)
-    assert trial.n_events == record(SCENE, 5 * PERIOD_S, np.random.default_rng([4, 2]), settle_s=SETTLE_S).size
+    assert trial.n_events == record(SCENE, 5 * PERIOD_S, np.random.default_rng([4, 2])).size
     assert len(trial.readings["paper"].scores) == 3
 
 
@@ -82,7 +82,7 @@ def test_damage_stands_between_the_camera_and_the_receivers() -> None:
         return no_events()
 
     trial = record_and_read(SCENE, RECEIVERS, periods=THREE, seed=4, damage=keep_nothing)
-    assert seen == [record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2]), settle_s=SETTLE_S).size]
+    assert seen == [record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2])).size]
     assert trial.n_events == 0
     for reading in trial.readings.values():
         assert (reading.right(), len(reading.scores), reading.sightings) == (0, 3, ())
@@ -108,7 +108,7 @@ def test_an_id_that_no_marker_sends_is_wrong() -> None:
     """The events are those of one payload, and the truth is told another."""
     placed = SCENE.markers[0]
     other = replace(placed, marker=replace(placed.marker, payload=placed.marker.payload ^ 0xFF))
-    events = record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2]), settle_s=SETTLE_S)
+    events = record(SCENE, 3 * PERIOD_S, np.random.default_rng([4, 2]))
     reading = read(events, replace(SCENE, markers=(other,)), ID_ALONE, THREE)
     assert (reading.right(), reading.wrong_ids) == (0, 3)
     two = read(events, replace(SCENE, markers=(other,)), ID_ALONE, Periods(start_us=0, count=2))
