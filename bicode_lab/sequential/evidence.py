@@ -25,6 +25,7 @@ from bicode_lab.sequential.repeated import QUIET_CHIPS, read_repeated
 from bicode_lab.soft_receiver.line_code import LineCode
 
 ESTABLISHED = 3
+MIN_FRAMES = 2  # that must be sure before frames that are read for themselves are given: a lamp may look like one
 MIN_UNREAD = 2  # periods in a row after which frames that cannot be read make a sighting
 MAX_WAIT = 8  # periods until an established reading is made anew
 PATIENCE = 4  # periods without a reading after which only each so-many-th period is read with all evidence
@@ -137,8 +138,9 @@ class Evidence:
             return None
         whole, frames = self._frames()
         sure = tuple(frame for frame in frames if frame.is_sure) if whole.doubt is None else ()
-        self._changes = bool(sure)
-        if sure:
+        is_enough = len(sure) >= MIN_FRAMES or (self._changes and len(sure) > 0)
+        self._changes = is_enough
+        if is_enough:
             return Outcome(reading=whole, frames=sure, reason=None, n_periods=1, seen=self._seen())
         self._unread = self._unread + 1 if self._reading.is_structured else 0
         if self._unread < MIN_UNREAD:
