@@ -51,7 +51,8 @@ def test_a_sample_of_trials_is_counted_again(name: str) -> None:
             for column in again.columns.intersection([*COLUMNS, "stressor", "level", "seed", "receiver"]):
                 there = there[there[column].isin(again[column])]
             kept = [column for column in again if column not in TIMES]
-            pd.testing.assert_frame_equal(there[kept].reset_index(drop=True), again[kept], check_dtype=False)
+            again = again[kept].astype(there[kept].dtypes.to_dict())  # where no ID is read, a file has NaN for its time
+            pd.testing.assert_frame_equal(there[kept].reset_index(drop=True), again)
     if not made_here:
         pytest.skip(f"{COMPARISONS[name].file} was made by earlier code: run bicode compare-receivers {name}")
 
