@@ -171,7 +171,7 @@ class Evidence:
                 everything = reading
             elif everything.doubt == "checksum" and everything.gain > reading.gain:
                 continue  # all evidence together shows frames of the code, but not what they say
-            if reading.doubt is not None:
+            if reading.doubt is not None or (used is not rows and len(rows) > 1 and not reading.is_beyond_chance):
                 continue
             agrees = agreement(reading, self._now(), self._line)
             if agrees.contradiction <= MAX_CONTRADICTION and not self._frames_differ(reading):

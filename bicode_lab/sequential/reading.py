@@ -95,6 +95,11 @@ class Reading:
         )
 
     @property
+    def is_beyond_chance(self) -> bool:
+        """Whether gain, rival and margin are twice what is asked: one of many periods is believed by itself then."""
+        return self.gain >= 2 * MIN_GAIN and min(self.rival, self.margin) >= 2 * MIN_MARGIN
+
+    @property
     def doubt(self) -> Reason | None:
         """Why the reading is not believed, one of `decode.REASONS`; None if it is believed.
 
