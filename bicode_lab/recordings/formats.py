@@ -38,6 +38,24 @@ class RecordingError(ValueError):
     """Raised when a recording cannot be read or written as asked; the message is one line that names the file."""
 
 
+def words_of(error: Exception) -> str:
+    """Return the first words of what another library says of an error, in one line."""
+    return " ".join(str(error).split())[:100]
+
+
+def damaged(path: Path, error: Exception) -> RecordingError:
+    """Return the error of a file that another library cannot read.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    error : Exception
+        What the library raised.
+    """
+    return RecordingError(f"{path}: damaged or cut short ({words_of(error)}); write or copy it again")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Header:
     """What a file says about itself before its first event."""

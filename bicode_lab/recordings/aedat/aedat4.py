@@ -19,7 +19,7 @@ import numpy as np
 
 from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.formats import RecordingError, raise_unless_lenient
+from bicode_lab.recordings.formats import RecordingError, raise_unless_lenient, words_of
 from bicode_lab.recordings.validate import LENIENT_HINT, REST
 
 _EVENT = np.dtype([("t", "<i8"), ("x", "<i2"), ("y", "<i2"), ("p", "u1"), ("free", "u1", 3)])
@@ -76,8 +76,9 @@ def read_aedat4(path: Path, decoder: Decoder) -> Iterator[Events]:
                     else:
                         events = _events(packet)
                 except Exception as error:  # a damaged packet can make the libraries raise almost anything
-                    words = " ".join(str(error).split())[:100]
-                    message = f"{path}: the packet at byte {at} is damaged ({words}); copy it again, {LENIENT_HINT}"
+                    message = (
+                        f"{path}: the packet at byte {at} is damaged ({words_of(error)}); copy it again, {LENIENT_HINT}"
+                    )
                     raise_unless_lenient(decoder.lenient, message)
                     decoder.count(REST)
                     events = None

@@ -18,7 +18,7 @@ import numpy as np
 
 from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.formats import Header, RecordingError
+from bicode_lab.recordings.formats import Header, RecordingError, damaged
 from bicode_lab.recordings.tables.columns import Array, Table, check_kind, check_sizes, read_table
 from bicode_lab.recordings.tables.ecf import read_ecf_rows
 from bicode_lab.recordings.tables.hdf5_layout import Place, check_filters, check_stored, find_place, is_ecf
@@ -153,4 +153,4 @@ def _opened(path: Path) -> Iterator[Any]:
                 f"{path}: marked as open for writing: a program still writes it, or was stopped; close that program, "
                 "or clear the mark with: h5clear -s"
             ) from None
-        raise RecordingError(f"{path}: damaged or cut short ({words[:100]}); write or copy it again") from None
+        raise damaged(path, error) from None

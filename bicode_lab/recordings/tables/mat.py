@@ -12,7 +12,7 @@ from pathlib import Path
 
 from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.formats import Header, RecordingError
+from bicode_lab.recordings.formats import Header, RecordingError, damaged
 from bicode_lab.recordings.tables.columns import Array, check_kind, check_sizes, find_table, missing_names, read_table
 from bicode_lab.recordings.tables.mat5 import Value, read_mat5
 
@@ -81,8 +81,7 @@ def _variables(path: Path) -> dict[str, Value]:
     try:
         return read_mat5(path)
     except (ValueError, LookupError, MemoryError, struct.error, zlib.error) as error:
-        words = " ".join(str(error).split())[:100]
-        raise RecordingError(f"{path}: damaged or cut short ({words}); write or copy it again") from None
+        raise damaged(path, error) from None
 
 
 def _fields(fields: dict[str, Value]) -> dict[str, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.formats import Header, RecordingError
+from bicode_lab.recordings.formats import Header, RecordingError, damaged
 from bicode_lab.recordings.tables.columns import Array, find_table, read_table
 
 
@@ -62,5 +62,4 @@ def _opened(path: Path) -> Array:
     try:
         return np.asarray(np.load(path, mmap_mode="r", allow_pickle=False))
     except Exception as error:  # a damaged header can make numpy raise almost anything
-        words = " ".join(str(error).split())[:100]
-        raise RecordingError(f"{path}: damaged or cut short ({words}); write or copy it again") from None
+        raise damaged(path, error) from None

@@ -12,7 +12,7 @@ import numpy as np
 
 from bicode_lab.events import Events, check_events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.formats import Header, RecordingError, whole_file
+from bicode_lab.recordings.formats import Header, RecordingError, whole_file, words_of
 from bicode_lab.recordings.tables.columns import (
     Array,
     Table,
@@ -113,8 +113,7 @@ def _kind_of(path: Path, archive: zipfile.ZipFile, name: str) -> tuple[Any, tupl
 
 def _unreadable(path: Path, name: str, error: Exception) -> RecordingError:
     """Return the error of an array that cannot be read."""
-    words = " ".join(str(error).split())[:100]
-    return RecordingError(f"{path}: array {name} cannot be read ({words}); write or copy it again")
+    return RecordingError(f"{path}: array {name} cannot be read ({words_of(error)}); write or copy it again")
 
 
 def read_npz(path: Path, decoder: Decoder) -> Iterator[Events]:

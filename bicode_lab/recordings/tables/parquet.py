@@ -10,7 +10,7 @@ import numpy as np
 
 from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.formats import Header, RecordingError
+from bicode_lab.recordings.formats import Header, RecordingError, damaged
 from bicode_lab.recordings.tables.columns import check_kind, find_table, in_us, missing_names, unit_of_times
 
 _PIECE_EVENTS = 1 << 18
@@ -38,7 +38,7 @@ def read_parquet_header(path: Path) -> Header:
     try:
         kinds = {field.name: _dtype(field.type) for field in file.schema_arrow}
     except Exception as error:
-        raise _damaged(path, error) from None
+        raise damaged(path, error) from None
     table = find_table({name: (dtype, (1,)) for name, dtype in kinds.items()})
     if table is None or table.names is None:
         raise missing_names(path, "columns", list(kinds))
@@ -76,7 +76,7 @@ def read_parquet(path: Path, decoder: Decoder) -> Iterator[Events]:
     except RecordingError:
         raise
     except Exception as error:
-        raise _damaged(path, error) from None
+        raise damaged(path, error) from None
 
 
 def _opened(path: Path) -> Any:
@@ -88,7 +88,7 @@ def _opened(path: Path) -> Any:
     try:
         return parquet.ParquetFile(path)
     except Exception as error:  # a damaged file can make pyarrow raise almost anything
-        raise _damaged(path, error) from None
+        raise damaged(path, error) from None
 
 
 def _dtype(kind: Any) -> np.dtype[Any]:
@@ -110,9 +110,3 @@ def _numbers(column: Any) -> Any:
     elif pyarrow.types.is_duration(column.type):
         column = column.cast(pyarrow.duration("us"), safe=False).cast(pyarrow.int64())
     return column.to_numpy(zero_copy_only=False)
-
-
-def _damaged(path: Path, error: Exception) -> RecordingError:
-    """Return the error of a file that pyarrow cannot read."""
-    words = " ".join(str(error).split())[:100]
-    return RecordingError(f"{path}: damaged or cut short ({words}); write or copy it again")
