@@ -79,6 +79,8 @@ class Evidence:
     def __init__(self, line: LineCode, grid: PeriodGrid, longest: int) -> None:
         self._line, self._grid, self._longest = line, grid, longest
         self._rows: deque[Row] = deque(maxlen=longest)
+        self._now: Bins  # counts of the last period
+        self._frames_now: tuple[Reading, list[FrameReading]] | None = None  # its frames, once they have been read
         self._reading, self._n_weighed = NOTHING, 0
         self._agreed = 0  # times that the value was read anew
         self._waited = 0  # periods since it was read anew
@@ -105,14 +107,14 @@ class Evidence:
             Where they were counted [px].
         """
         self._rows.append((period, n_on, n_off, box))
+        self._now, self._frames_now = self._bins([self._rows[-1]]), None
         while self._rows[0][0] <= period - self._longest:
             self._rows.popleft()
 
     def blinks(self) -> bool:
         """Return whether the last period has a line at the chip rate."""
-        now = self._now()
-        power, ratio = line_power(now, self._line.frame_chips)
-        if now.counts.sum() < FEW_EVENTS:
+        power, ratio = line_power(self._now, self._line.frame_chips)
+        if self._now.counts.sum() < FEW_EVENTS:
             return power >= FEW_POWER
         return power >= MIN_POWER and ratio >= MIN_RATIO
 
@@ -155,7 +157,7 @@ class Evidence:
         if not self._agreed or self._waited >= min(len(self._rows) // 2, MAX_WAIT):
             return None
         self._waited += 1
-        agrees = agreement(self._reading, self._now(), self._line)
+        agrees = agreement(self._reading, self._now, self._line)
         return (self._reading, agrees) if agrees.contradiction <= MAX_CONTRADICTION else None
 
     def _repeated(self) -> tuple[Reading, Agreement] | None:
@@ -173,7 +175,7 @@ class Evidence:
                 continue  # all evidence together shows frames of the code, but not what they say
             if reading.doubt is not None or (used is not rows and len(rows) > 1 and not reading.is_beyond_chance):
                 continue
-            agrees = agreement(reading, self._now(), self._line)
+            agrees = agreement(reading, self._now, self._line)
             if agrees.contradiction <= MAX_CONTRADICTION and not self._frames_differ(reading):
                 if used is not rows:
                     self._rows = deque(used, self._longest)
@@ -191,23 +193,23 @@ class Evidence:
 
     def _frames(self) -> tuple[Reading, list[FrameReading]]:
         """Read each frame of the last period, and the one across its start, for itself."""
+        if self._frames_now is not None:
+            return self._frames_now
         last, _, _, box = self._rows[-1]
         recent = self._bins([row for row in list(self._rows)[-2:] if row[0] > last - 2 and _alike(row[3], box)])
         whole, frames = read_frames(recent, self._line)
         if whole.doubt is None and whole.rival < read_repeated(recent, self._line).rival:
-            return NOTHING, []  # free frames explain more than equal ones do, if the levels are right
-        return whole, frames
+            whole, frames = NOTHING, []  # free frames explain more than equal ones do, if the levels are right
+        self._frames_now = whole, frames
+        return self._frames_now
 
     def _seen(self) -> tuple[float, float]:
         """Return from when to when the light was in view in the last period: its events, and a start on either side."""
-        now = self._now()
-        at = np.flatnonzero(now.counts.any(axis=1))
+        at = np.flatnonzero(self._now.counts.any(axis=1))
         quiet = len(self._line.start_chips) + QUIET_CHIPS
-        return (float(now.chips[at[0]]) - quiet, float(now.chips[at[-1]]) + quiet) if at.size else (0.0, 0.0)
-
-    def _now(self) -> Bins:
-        """Return the counts of the last period."""
-        return self._bins([self._rows[-1]])
+        return (
+            (float(self._now.chips[at[0]]) - quiet, float(self._now.chips[at[-1]]) + quiet) if at.size else (0.0, 0.0)
+        )
 
     def _bins(self, rows: Sequence[Row]) -> Bins:
         """Return the counts of some periods."""

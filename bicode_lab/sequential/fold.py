@@ -123,6 +123,11 @@ class Folded:
         """Return `n_chips` chips from number `first` on."""
         return Folded(*(part[first : first + n_chips] for part in (self.sums, self.squares, self.exposure)))
 
+    @property
+    def chips_seen(self) -> float:
+        """Number of chips that were seen, each as often as it was."""
+        return float(self.exposure[:, ON].sum()) / PHASES
+
     def scatter(self) -> Floats:
         """Return the variance of the counts from frame to frame over their mean, for ON and OFF, 1 or more, shape (2,).
 

@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.sequential.fold import ON, PHASES, Bins, Clock, Floats, find_clock, fold
+from bicode_lab.sequential.fold import ON, Bins, Clock, Floats, find_clock, fold
 from bicode_lab.sequential.judge import ONES, against_lamps, cut, decide, judge, learn, span, start_share
 from bicode_lab.sequential.levels import chip_scores, guess_levels
-from bicode_lab.sequential.paths import best_contexts, path_score, score_places
+from bicode_lab.sequential.paths import best_contexts, score_places
 from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
 from bicode_lab.sequential.repeated import LATER_OFF, seen_counts
-from bicode_lab.sequential.rivals import noise_score
+from bicode_lab.sequential.rivals import burst_score, noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
+from bicode_lab.soft_receiver.viterbi import path_score
 
 
 def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]]:
@@ -49,19 +50,13 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
     places = _by_place(bins, clock, learned.levels, learned.dispersion, line)
     paths = [learned.path(k, line) for k in range(len(begins))]
     contexts = np.concatenate([own for own, _ in paths])
-    whole = judge(
-        learned,
-        contexts,
-        sum(total for _, total in paths),
-        places,
-        at,
-        bins,
-    )
+    total = sum(score for _, score in paths)
+    whole = judge(learned, contexts, total, places, at, burst_score(bins, learned.dispersion))
     whole = replace(
         whole,
         clock=clock,
         start=start_share(stacked, contexts, line),
-        n_frames=float(stacked.exposure[:, ON].sum()) / (line.frame_chips * PHASES),
+        n_frames=stacked.chips_seen / line.frame_chips,
     )
     readings, frames = [], []
     for k, begin in enumerate(begins):
@@ -79,7 +74,6 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
             )
         )  # fmt: skip
     surest = max(readings, key=lambda one: (one.check, one.margin))
-    total = sum(score for _, score in paths)
     return against_lamps(replace(surest, is_periodic=False), total, bins, line), frames
 
 

@@ -14,12 +14,12 @@ from bicode_lab.sequential.levels import (
     estimate_levels,
     find_dispersion,
 )
-from bicode_lab.sequential.paths import FIRST, best_contexts, path_score
+from bicode_lab.sequential.paths import FIRST, best_contexts
 from bicode_lab.sequential.reading import Reading
-from bicode_lab.sequential.rivals import burst_score, lamp_score, noise_score
+from bicode_lab.sequential.rivals import lamp_score, noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import build_nodes, frame_contexts
-from bicode_lab.soft_receiver.viterbi import best_path
+from bicode_lab.soft_receiver.viterbi import best_path, path_score
 
 ROUNDS = 3
 EQUAL_SCORE = 1.0  # two explanations whose log-likelihoods differ by less are equally good [nat]
@@ -95,7 +95,7 @@ def learn(frames: Folded, guess: Floats, line: LineCode) -> Learned:
     return Learned(frames, guess, levels, contexts, find_dispersion(frames, levels, contexts), total)
 
 
-def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, bins: Bins) -> Reading:
+def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, burst: float) -> Reading:
     """Judge whether the light as a whole sends frames of the code.
 
     Parameters
@@ -109,8 +109,8 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
         Log-likelihood of frames that begin at each chip [nat].
     at : int
         Chip at which they are taken to begin.
-    bins : Bins
-        The counts that the frames were made from.
+    burst : float
+        Log-likelihood of bursts of clutter, see `rivals.burst_score` [nat].
 
     Returns
     -------
@@ -119,7 +119,6 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
     """
     dispersion, n = learned.dispersion, places.size
     guessed = path_score(chip_scores(learned.frames, learned.guess, dispersion), contexts)
-    burst = burst_score(bins, dispersion)
     away = np.abs((np.arange(n) - at + n // 2) % n - n // 2)
     return Reading(
         value=None,

@@ -10,9 +10,9 @@ from bicode_lab.sequential.fold import Floats
 from bicode_lab.sequential.levels import MEMORY, Contexts
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import Nodes, build_nodes
+from bicode_lab.soft_receiver.viterbi import IMPOSSIBLE
 
 FIRST = MEMORY - 1  # a path begins at this chip of a frame, the first whose context the start fixes
-IMPOSSIBLE = -1e300
 
 
 def best_contexts(scores: Floats, line: LineCode) -> tuple[Contexts, float]:
@@ -35,17 +35,6 @@ def best_contexts(scores: Floats, line: LineCode) -> tuple[Contexts, float]:
     contexts = np.empty(len(scores), np.int32)
     total: float = _best_path(scores, nodes.context, nodes.before, _initial(nodes), contexts)
     return contexts, total
-
-
-def path_score(scores: Floats, contexts: Contexts) -> float:
-    """Return the sum of the scores along a path, given by the context of each chip.
-
-    Examples
-    --------
-    >>> path_score(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([1, 0], np.int32))
-    5.0
-    """
-    return float(scores[np.arange(contexts.size), contexts].sum())
 
 
 def score_places(scores: Floats, line: LineCode) -> Floats:

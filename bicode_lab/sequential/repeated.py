@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.sequential.fold import ON, PHASES, Bins, Clock, find_clock, fold
+from bicode_lab.sequential.fold import ON, Bins, Clock, Folded, find_clock, fold
 from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, against_lamps, decide, judge, learn, start_share
 from bicode_lab.sequential.levels import chip_scores, guess_levels
 from bicode_lab.sequential.paths import FIRST, best_contexts, score_places
 from bicode_lab.sequential.reading import NOTHING, Reading
+from bicode_lab.sequential.rivals import burst_score
 from bicode_lab.soft_receiver.line_code import LineCode
 
 LATER_OFF = (-1, 0, 1)  # by how many chips more OFF events may come later than ON events
@@ -57,29 +58,31 @@ def read_repeated(bins: Bins, line: LineCode) -> Reading:
         return NOTHING
     clock = find_clock(bins)
     guess = guess_levels(fold(bins, clock, n))
-    starts: list[tuple[float, int, Clock]] = []
+    starts: list[tuple[float, int, Clock, Folded]] = []
     for later in LATER_OFF:
         shifted = clock.later_off(later)
-        scores = score_places(chip_scores(fold(bins, shifted, n), guess, ONES), line)
-        starts += [(float(scores[at]), int(at), shifted) for at in np.argsort(-scores)[:STARTS]]
+        counts = fold(bins, shifted, n)
+        scores = score_places(chip_scores(counts, guess, ONES), line)
+        starts += [(float(scores[at]), int(at), shifted, counts) for at in np.argsort(-scores)[:STARTS]]
     starts = sorted(starts, key=lambda one: -one[0])[:STARTS]
-    tried = [(learn(fold(bins, clock, n).rolled(at + FIRST), guess, line), clock) for _, at, clock in starts]
-    learned, clock = max(tried, key=lambda one: one[0].total)
-    counts = fold(bins, clock, n)
+    tried = [(learn(counts.rolled(at + FIRST), guess, line), clock, counts) for _, at, clock, counts in starts]
+    learned, clock, counts = max(tried, key=lambda one: one[0].total)
     places = score_places(chip_scores(counts, learned.levels, learned.dispersion), line)
     at = int(np.argmax(places))
+    burst = burst_score(bins, learned.dispersion)
     readings = []
     for begin in (at, at + 1, at - 1):  # of a frame whose bits are all alike, one chip aside the check decides
         frame = counts.rolled(begin + FIRST)
         contexts, total = best_contexts(chip_scores(frame, learned.levels, learned.dispersion), line)
-        reading = judge(replace(learned, frames=frame), contexts, total, places, begin % n, bins)
-        reading = replace(reading, clock=clock, begin=(begin + clock.origin[ON]) / clock.rate,
-                          start=start_share(frame, contexts, line),
-                          n_frames=float(counts.exposure[:, ON].sum()) / (n * PHASES))  # fmt: skip
+        reading = judge(replace(learned, frames=frame), contexts, total, places, begin % n, burst)
+        reading = replace(
+            reading, begin=(begin + clock.origin[ON]) / clock.rate, start=start_share(frame, contexts, line)
+        )
         readings.append((total, decide(reading, frame, contexts, line)))
     total, reading = _surest(readings)
     misfit = float((learned.dispersion / counts.scatter()).max())
-    return against_lamps(replace(reading, misfit=misfit), total, bins, line)
+    reading = replace(reading, clock=clock, misfit=misfit, n_frames=counts.chips_seen / n)
+    return against_lamps(reading, total, bins, line)
 
 
 def _surest(readings: list[tuple[float, Reading]]) -> tuple[float, Reading]:

@@ -8,8 +8,9 @@ import pytest
 from bicode_lab.marker import PacketFormat
 from bicode_lab.marker.manchester import manchester_encode
 from bicode_lab.sequential.levels import MEMORY
-from bicode_lab.sequential.paths import FIRST, best_contexts, path_score, score_places
+from bicode_lab.sequential.paths import FIRST, best_contexts, score_places
 from bicode_lab.soft_receiver.line_code import BicodeLine
+from bicode_lab.soft_receiver.viterbi import path_score
 
 LINES = [
     BicodeLine(packet_format=PacketFormat(payload_bits=payload, checksum_bits=check, start_bits=start))
