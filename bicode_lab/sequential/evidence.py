@@ -10,19 +10,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bicode_lab.boxes import Box
-from bicode_lab.recognition.decode import Reason
+from bicode_lab.recognition.decode import Reason, decode_packets
 from bicode_lab.recognition.led_state import Counts
 from bicode_lab.recognition.periods import PeriodGrid
-from bicode_lab.sequential.fold import Bins, line_power
+from bicode_lab.sequential.fold import PHASES, Bins, line_power
 from bicode_lab.sequential.frames import agreement, read_frames
 from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
 from bicode_lab.sequential.repeated import QUIET_CHIPS, read_repeated
-from bicode_lab.soft_receiver.line_code import LineCode
+from bicode_lab.soft_receiver.line_code import BicodeLine
 
 ESTABLISHED = 3
 MIN_FRAMES = 2  # that must be sure before frames that are read for themselves are given: a lamp may look like one
@@ -70,13 +70,13 @@ class Evidence:
 
     Parameters
     ----------
-    line : LineCode
+    line : BicodeLine
     grid : PeriodGrid
     longest : int
         Number of periods that are weighed together.
     """
 
-    def __init__(self, line: LineCode, grid: PeriodGrid, longest: int) -> None:
+    def __init__(self, line: BicodeLine, grid: PeriodGrid, longest: int) -> None:
         self._line, self._grid, self._longest = line, grid, longest
         self._rows: deque[Row] = deque(maxlen=longest)
         self._now: Bins  # counts of the last period
@@ -167,7 +167,10 @@ class Evidence:
         is_due = self._failed <= PATIENCE or self._failed % PATIENCE == 0
         everything = NOTHING
         for used in [rows, rows[-1:]] if len(rows) > 1 and is_due else [rows[-1:]]:
-            reading = self._reading = read_repeated(self._bins(used), self._line)
+            reading = read_repeated(self._bins(used), self._line)
+            if reading.is_misfit and replace(reading, is_seconded=True).doubt is None:
+                reading = replace(reading, is_seconded=self._read_by_paper() == {reading.value})
+            self._reading = reading
             self._n_weighed = len(used)
             if used is rows:
                 everything = reading
@@ -202,6 +205,18 @@ class Evidence:
             whole, frames = NOTHING, []  # free frames explain more than equal ones do, if the levels are right
         self._frames_now = whole, frames
         return self._frames_now
+
+    def _read_by_paper(self) -> set[int | None]:
+        """Return the values that the paper's rule reads in the last period."""
+        _, n_on, n_off, _ = self._rows[-1]
+        half = PHASES // 2
+        size = n_on.size // half * half
+        on, off = (counts[:size].reshape(-1, half).sum(axis=1) for counts in (n_on, n_off))
+        line = self._line
+        packets, _ = decode_packets(
+            on, off, 0, half * self._grid.bin_us, line.packet_format, conventions=line.conventions
+        )
+        return {packet.payload for packet in packets if packet.checksum_ok}
 
     def _seen(self) -> tuple[float, float]:
         """Return from when to when the light was in view in the last period: its events, and a start on either side."""

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.kernels import njit
+
 Floats = npt.NDArray[np.float64]
 
 PHASES = 8  # bins of a chip
@@ -117,7 +119,8 @@ class Folded:
 
     def rolled(self, chips: int) -> Folded:
         """Roll the chips so that chip number `chips` becomes the first."""
-        return Folded(*(np.roll(part, -chips, axis=0) for part in (self.sums, self.squares, self.exposure)))
+        at = chips % len(self.sums)
+        return Folded(*(np.concatenate([part[at:], part[:at]]) for part in (self.sums, self.squares, self.exposure)))
 
     def part(self, first: int, n_chips: int) -> Folded:
         """Return `n_chips` chips from number `first` on."""
@@ -218,18 +221,25 @@ def fold(bins: Bins, clock: Clock, n_chips: int, first: int | None = None) -> Fo
     Folded
     """
     parts = np.zeros((3, n_chips, 2, PHASES))
-    size = n_chips * PHASES
-    for side in (ON, OFF):
-        place = np.floor((clock.rate * bins.chips - clock.origin[side] - (first or 0)) * PHASES).astype(np.int64)
-        count = bins.counts[:, side]
-        if first is None:
-            place %= size
-        else:
-            inside = (place >= 0) & (place < size)
-            place, count = place[inside], count[inside]
-        for part, weight in zip(parts, (count, count**2, None), strict=True):
-            part[:, side] = np.bincount(place, weight, size).reshape(n_chips, PHASES)
+    _fold(bins.chips, bins.counts, clock.rate, clock.origin, first or 0, first is None, parts)
     return Folded(*parts)
+
+
+@njit(cache=True, nogil=True)
+def _fold(chips, counts, rate, origin, first, is_ring, parts):  # type: ignore[no-untyped-def]
+    """Add each bin to the sums, squares and exposure of its chip, in a ring of chips or in a row of them."""
+    size = parts.shape[1] * PHASES
+    for side in range(2):
+        for k in range(chips.size):
+            place = np.int64(np.floor((rate * chips[k] - origin[side] - first) * PHASES))
+            if is_ring:
+                place %= size
+            elif not 0 <= place < size:
+                continue
+            chip, phase, count = place // PHASES, place % PHASES, counts[k, side]
+            parts[0, chip, side, phase] += count
+            parts[1, chip, side, phase] += count**2
+            parts[2, chip, side, phase] += 1
 
 
 def _quiet_phase(chips: Floats, weight: Floats) -> float:

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bicode_lab.sequential.fold import ON, Bins, Clock, Floats, find_clock, fold
-from bicode_lab.sequential.judge import ONES, against_lamps, cut, decide, judge, learn, span, start_share
-from bicode_lab.sequential.levels import chip_scores, guess_levels
+from bicode_lab.sequential.judge import ONES, against_lamps, cut, decide, judge, span, start_share
+from bicode_lab.sequential.learning import learn
+from bicode_lab.sequential.levels import TAILS, chip_scores, guess_levels
 from bicode_lab.sequential.paths import best_contexts, score_places
 from bicode_lab.sequential.reading import NOTHING, Agreement, FrameReading, Reading
 from bicode_lab.sequential.repeated import LATER_OFF, seen_counts
@@ -39,14 +40,17 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
         return NOTHING, []
     clock = find_clock(bins)
     first, n_chips = span(bins, clock, line)
-    guess = guess_levels(fold(bins, clock, n_chips, first))
-    options = [
-        (clock.later_off(later), _by_place(bins, clock.later_off(later), guess, ONES, line)) for later in LATER_OFF
-    ]
-    clock, places = max(options, key=lambda one: one[1].max())
-    at = int(np.argmax(places))
-    stacked, begins = cut(bins, clock, at, line)
-    learned = learn(stacked, guess, line)
+    tried = []
+    for tail in TAILS:
+        guess = guess_levels(fold(bins, clock, n_chips, first), tail)
+        shifted = [clock.later_off(later) for later in LATER_OFF]
+        options = [(one, _by_place(bins, one, guess, ONES, line)) for one in shifted]
+        likeliest, places = max(options, key=lambda one: one[1].max())
+        at = int(np.argmax(places))
+        stacked, begins = cut(bins, likeliest, at, line)
+        tried.append((learn(stacked, guess, line), likeliest, at, begins))
+    learned, clock, at, begins = max(tried, key=lambda one: one[0].total)
+    stacked = learned.frames
     places = _by_place(bins, clock, learned.levels, learned.dispersion, line)
     paths = [learned.path(k, line) for k in range(len(begins))]
     contexts = np.concatenate([own for own, _ in paths])
@@ -64,7 +68,7 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
         own = paths[k][0]
         moment = (begin + clock.origin[ON]) / clock.rate
         readings.append(replace(decide(whole, frame, own, line), begin=moment))
-        guessed = path_score(chip_scores(frame, guess, learned.dispersion), own)
+        guessed = path_score(chip_scores(frame, learned.guess, learned.dispersion), own)
         frames.append(
             FrameReading(
                 value=int(readings[-1].value or 0), check=readings[-1].check, begin=moment,

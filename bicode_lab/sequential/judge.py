@@ -1,19 +1,14 @@
-"""Learn the levels of frames, and judge what the most likely path says."""
+"""Judge what the most likely path through frames says."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.sequential.fold import OFF, ON, Bins, Clock, Floats, Folded, fold
-from bicode_lab.sequential.levels import (
-    MEMORY,
-    Contexts,
-    chip_scores,
-    estimate_levels,
-    find_dispersion,
-)
+from bicode_lab.sequential.fold import OFF, ON, PHASES, Bins, Clock, Floats, Folded, fold
+from bicode_lab.sequential.learning import Learned
+from bicode_lab.sequential.levels import MEMORY, Contexts, chip_scores
 from bicode_lab.sequential.paths import FIRST, best_contexts
 from bicode_lab.sequential.reading import Reading
 from bicode_lab.sequential.rivals import lamp_score, noise_score
@@ -21,78 +16,11 @@ from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.nodes import build_nodes, frame_contexts
 from bicode_lab.soft_receiver.viterbi import best_path, path_score
 
-ROUNDS = 3
 EQUAL_SCORE = 1.0  # two explanations whose log-likelihoods differ by less are equally good [nat]
 START_CHIPS = 3  # of the start, its last ones: the tails of OFF edges do not reach so far
 SLACK_PER_CHIP = 0.25  # what the noise of a chip adds to the best path of one polarity alone [nat]
+LEVEL_COST = 1.0  # twice what a level gains by fitting chance along a given path (Wilks): the path is fitted, too [nat]
 ONES = np.ones(2)
-
-
-@dataclass(frozen=True, eq=False)
-class Learned:
-    """Levels that were learned from frames.
-
-    Parameters
-    ----------
-    frames : Folded
-        The frames one after the other, each from its chip `paths.FIRST` on.
-    guess, levels : ndarray, shape (2**MEMORY, 2, PHASES)
-        Levels before and after learning.
-    contexts : ndarray of int32, shape (chips,)
-        Most likely path through all frames.
-    dispersion : ndarray, shape (2,)
-        Along this path.
-    total : float
-        Log-likelihood of the path, without the dispersion [nat].
-    """
-
-    frames: Folded
-    guess: Floats
-    levels: Floats
-    contexts: Contexts
-    dispersion: Floats
-    total: float
-
-    def path(self, number: int, line: LineCode) -> tuple[Contexts, float]:
-        """Find the most likely path of one frame.
-
-        Parameters
-        ----------
-        number : int
-            Number of the frame, 0 or more.
-        line : LineCode
-
-        Returns
-        -------
-        contexts : ndarray of int32, shape (frame_chips,)
-        total : float
-            Log-likelihood, divided by the dispersion [nat].
-        """
-        frame = self.frames.part(number * line.frame_chips, line.frame_chips)
-        return best_contexts(chip_scores(frame, self.levels, self.dispersion), line)
-
-
-def learn(frames: Folded, guess: Floats, line: LineCode) -> Learned:
-    """Find the most likely path and estimate the levels along it, in turn (Viterbi training).
-
-    Parameters
-    ----------
-    frames : Folded
-        Frames one after the other, each from its chip `paths.FIRST` on.
-    guess : ndarray, shape (2**MEMORY, 2, PHASES)
-    line : LineCode
-
-    Returns
-    -------
-    Learned
-    """
-    levels, dispersion = guess, ONES
-    for _ in range(ROUNDS):
-        contexts, _ = _paths(frames, levels, dispersion, line)
-        dispersion = find_dispersion(frames, levels, contexts)
-        levels = estimate_levels(frames, contexts, guess, dispersion)
-    contexts, total = _paths(frames, levels, ONES, line)
-    return Learned(frames, guess, levels, contexts, find_dispersion(frames, levels, contexts), total)
 
 
 def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at: int, burst: float) -> Reading:
@@ -120,9 +48,10 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
     dispersion, n = learned.dispersion, places.size
     guessed = path_score(chip_scores(learned.frames, learned.guess, dispersion), contexts)
     away = np.abs((np.arange(n) - at + n // 2) % n - n // 2)
+    learned_score = total - LEVEL_COST * 2 * PHASES * np.unique(contexts).size
     return Reading(
         value=None,
-        gain=guessed - max(noise_score(learned.frames, dispersion), burst),
+        gain=max(guessed, learned_score) - max(noise_score(learned.frames, dispersion), burst),
         rival=total - burst,
         place=float(places[at % n] - places[away > 1].max()),
         dispersion=dispersion, levels=learned.levels,
@@ -222,12 +151,13 @@ def start_share(frames: Folded, contexts: Contexts, line: LineCode) -> float:
     place = (np.arange(contexts.size) + FIRST) % line.frame_chips
     still = (place < n_start) & (place >= n_start - START_CHIPS)
     for side, new in ((ON, 1), (OFF, 0)):
-        is_edge = ((contexts & 1) == new) & ((contexts >> 1 & 1) != new)
-        mean, quiet = (
+        levels = [(contexts >> back & 1) == new for back in range(MEMORY)]
+        where = (levels[0] & ~levels[1], levels[0] & levels[1] & ~levels[2], still)  # chips with an edge, and after it
+        *profiles, quiet = (
             frames.sums[which, side].sum(axis=0) / np.maximum(frames.exposure[which, side].sum(axis=0), 1e-9)
-            for which in (is_edge, still)
+            for which in where
         )
-        pulse = mean - mean.mean()
+        pulse = max((mean - mean.mean() for mean in profiles), key=lambda one: float(one @ one))
         power = float(pulse @ pulse)
         shares.append(float(pulse @ quiet) / power if power > 0 else 1.0)
     return max(shares)
@@ -282,11 +212,3 @@ def _is_periodic(contexts: Contexts, line: LineCode) -> bool:
     """Return whether the data of a frame repeat after two bits or less."""
     data = np.roll(contexts & 1, FIRST)[len(line.start_chips) :]
     return bool((data[4:] == data[:-4]).all())
-
-
-def _paths(frames: Folded, levels: Floats, dispersion: Floats, line: LineCode) -> tuple[Contexts, float]:
-    """Return the most likely path of each frame, one after the other, and their log-likelihood together."""
-    scores = chip_scores(frames, levels, dispersion)
-    n = line.frame_chips
-    each = [best_contexts(scores[k : k + n], line) for k in range(0, len(scores), n)]
-    return np.concatenate([contexts for contexts, _ in each]), sum(total for _, total in each)

@@ -3,7 +3,9 @@
 The mean count of a bin depends on its phase in the chip and on the *context* of the chip: the levels of the last
 `MEMORY` chips, the newest one in bit 0. These means are called levels. They begin as a guess whose pulse shape is the
 profile of all events over the chip, which needs no knowledge of what was sent; then they are estimated along the most
-likely path. So they include latency, jitter, the difference between ON and OFF, tails and background.
+likely path. So they include latency, jitter, the difference between ON and OFF, tails and background. Where chips are
+shorter than the pixels' response, much of a pulse comes one chip late. A guess without that leads to other paths and
+other levels, from which learning does not find back, so several guesses are made, see `TAILS`.
 
 Counts vary more than Poisson counts do: the events of an edge come in bursts, or an edge is missing altogether. The
 dispersion measures this, as the variance over the mean along the path. All log-likelihoods are divided by it
@@ -16,11 +18,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from bicode_lab.kernels import njit
 from bicode_lab.sequential.fold import OFF, ON, PHASES, Floats, Folded
 
 MEMORY = 3  # chips of a context
-EDGE_FRACTION = 0.36  # of the chips begin with a rise, as many with a fall
-LATE = 0.1  # guess: share of the pulse that comes one chip late
+EDGE_FRACTION = 0.36  # of the chips begin with a rise, as many with a fall ...
+LASTING = 0.4  # ... and this fraction of them is followed by a chip of the same level
+TAILS = (0.1, 0.4, 1.0, 2.5)  # guesses: events of an edge in the chip after it, relative to those in its own chip
 STRAY = 0.003  # guess: least mean of a bin without an edge, relative to one with an edge
 GUESS_EVENTS = 3.0  # the guess has the weight of so many independent events ...
 GUESS_CHIPS = 24.0  # ... but of no more than this many chips of each context
@@ -28,12 +32,14 @@ GUESS_CHIPS = 24.0  # ... but of no more than this many chips of each context
 Contexts = npt.NDArray[np.int32]
 
 
-def guess_levels(counts: Folded) -> Floats:
+def guess_levels(counts: Folded, tail: float) -> Floats:
     """Guess the levels from the profile of all events over the chip.
 
     Parameters
     ----------
     counts : Folded
+    tail : float
+        Events of an edge in the chip after it, relative to those in its own chip.
 
     Returns
     -------
@@ -47,12 +53,12 @@ def guess_levels(counts: Folded) -> Floats:
         smooth = (np.roll(profile, 1) + 2 * profile + np.roll(profile, -1)) / 4
         mean = profile.mean()
         floor = max(0.7 * smooth.min(), STRAY * mean / EDGE_FRACTION)
-        pulse = np.maximum(smooth - floor, 0.05 * mean) / EDGE_FRACTION
+        pulse = np.maximum(smooth - floor, 0.05 * mean) / (EDGE_FRACTION * (1 + LASTING * tail))
         new = 1 if side == ON else 0
         for context in range(1 << MEMORY):
             before, last, now = (int((context >> back & 1) == new) for back in (2, 1, 0))
             is_edge, is_late = now and not last, now and last and not before
-            levels[context, side] = floor + (pulse if is_edge else LATE * pulse.mean() if is_late else 0.0)
+            levels[context, side] = floor + (pulse if is_edge else tail * pulse.mean() if is_late else 0.0)
     return levels
 
 
@@ -72,12 +78,8 @@ def estimate_levels(counts: Folded, context: Contexts, guess: Floats, dispersion
     -------
     ndarray, shape (2**MEMORY, 2, PHASES)
     """
-    edge = guess.max(axis=0).mean(axis=1)  # mean count of a bin of a chip with an edge
-    weight = np.minimum(GUESS_EVENTS * dispersion / edge, GUESS_CHIPS)[None, :, None] * np.ones_like(guess)
-    total, seen = guess * weight, weight.copy()
-    np.add.at(total, context, counts.sums)
-    np.add.at(seen, context, counts.exposure)
-    levels: Floats = total / seen
+    levels = np.empty_like(guess)
+    estimate(counts.sums, counts.exposure, context, guess, dispersion, levels)
     return levels
 
 
@@ -95,10 +97,8 @@ def find_dispersion(counts: Folded, levels: Floats, context: Contexts) -> Floats
     ndarray, shape (2,)
         Of ON and OFF: sum of (count - mean)^2 over the sum of the means, 1 or more.
     """
-    expected = levels[context]
-    misfit = counts.squares - 2 * expected * counts.sums + counts.exposure * expected**2
-    total = (counts.exposure * expected).sum(axis=(0, 2))
-    dispersion: Floats = np.maximum(1.0, misfit.sum(axis=(0, 2)) / np.maximum(total, 1e-9))
+    dispersion = np.empty(2)
+    disperse(counts.sums, counts.squares, counts.exposure, levels, context, dispersion)
     return dispersion
 
 
@@ -119,9 +119,54 @@ def chip_scores(counts: Folded, levels: Floats, dispersion: Floats, side: int | 
     ndarray, shape (chips, 2**MEMORY)
         Sum of (count * ln(mean) - mean) / dispersion over the bins of the chip.
     """
-    sides = (ON, OFF) if side is None else (side,)
-    scores = np.zeros((counts.sums.shape[0], levels.shape[0]))
-    for one in sides:
-        part = counts.sums[:, one] @ np.log(levels[:, one]).T - counts.exposure[:, one] @ levels[:, one].T
-        scores += part / dispersion[one]
+    weight = 1 / dispersion
+    if side is not None:
+        weight[1 - side] = 0.0
+    scores = np.empty((counts.sums.shape[0], levels.shape[0]))
+    score(counts.sums, counts.exposure, levels, weight, scores)
     return scores
+
+
+@njit(cache=True, nogil=True)
+def estimate(sums, exposure, context, guess, dispersion, levels):  # type: ignore[no-untyped-def]
+    """Fill in the levels along a path, see `estimate_levels`."""
+    n_contexts = guess.shape[0]
+    for side in range(2):
+        edge = 0.0
+        for phase in range(PHASES):
+            edge += guess[:, side, phase].max() / PHASES
+        weight = min(GUESS_EVENTS * dispersion[side] / edge, GUESS_CHIPS)
+        for phase in range(PHASES):
+            total, seen = guess[:, side, phase] * weight, np.full(n_contexts, weight)
+            for k in range(context.size):
+                total[context[k]] += sums[k, side, phase]
+                seen[context[k]] += exposure[k, side, phase]
+            levels[:, side, phase] = total / seen
+
+
+@njit(cache=True, nogil=True)
+def disperse(sums, squares, exposure, levels, context, dispersion):  # type: ignore[no-untyped-def]
+    """Fill in the dispersion of ON and OFF, see `find_dispersion`."""
+    for side in range(2):
+        misfit = total = 0.0
+        for k in range(context.size):
+            for phase in range(PHASES):
+                mean, n = levels[context[k], side, phase], exposure[k, side, phase]
+                misfit += squares[k, side, phase] - 2 * mean * sums[k, side, phase] + n * mean**2
+                total += n * mean
+        dispersion[side] = max(1.0, misfit / max(total, 1e-9))
+
+
+@njit(cache=True, nogil=True)
+def score(sums, exposure, levels, weight, scores):  # type: ignore[no-untyped-def]
+    """Fill in the log-likelihoods of chips, each polarity with its weight, see `chip_scores`."""
+    logs = np.log(levels)
+    for k in range(sums.shape[0]):
+        for context in range(levels.shape[0]):
+            scores[k, context] = 0.0
+            for side in range(2):
+                part = 0.0
+                for phase in range(PHASES):
+                    part += sums[k, side, phase] * logs[context, side, phase]
+                    part -= exposure[k, side, phase] * levels[context, side, phase]
+                scores[k, context] += part * weight[side]

@@ -3,15 +3,16 @@
 A reading is believed only if it explains the events better than everything else that was tried. All gains and margins
 are differences of log-likelihoods [nat], divided by the dispersion of the counts:
 
-    gain      over events that come at any time and over bursts of clutter, with guessed levels, which have learned
-              nothing from the path
+    gain      over events that come at any time and over bursts of clutter: with guessed levels, which have learned
+              nothing from the path, or with learned ones, each of which costs `judge.LEVEL_COST`
     rival     over a lamp of any rate and over bursts of clutter, with learned levels on both sides
     place     over frames that begin at another chip
     margin    over the next value that passes the check
     conflict  what one polarity alone would gain by another value: ON edges alone say all, and so do OFF edges, so that
               wrong levels show when the two disagree
     misfit    dispersion along the path over the variance from frame to frame, of the polarity that is explained worse;
-              1 if the levels explain all but chance
+              1 if the levels explain all but chance; it does not count if the paper's rule, which learns no levels,
+              reads the same value
     start     share of a usual edge's events that keep the clock in the quiet start; a marker has none
 
 `MIN_GAIN` is the logarithm of what may be tried by chance, 28 chips x 8 phases x 2048 data words, which is 13, and of a
@@ -65,6 +66,8 @@ class Reading:
         Time that was weighed [frames].
     is_periodic : bool
         Whether the data of the value are periodic, as the light of a lamp is.
+    is_seconded : bool
+        Whether the paper's rule reads the same value.
     """
 
     value: int | None
@@ -83,6 +86,7 @@ class Reading:
     levels: Floats | None = None
     n_frames: float = 0.0
     is_periodic: bool = False
+    is_seconded: bool = False
 
     @property
     def is_structured(self) -> bool:
@@ -100,6 +104,11 @@ class Reading:
         return self.gain >= 2 * MIN_GAIN and min(self.rival, self.margin) >= 2 * MIN_MARGIN
 
     @property
+    def is_misfit(self) -> bool:
+        """Whether the levels miss the counts by more than is allowed."""
+        return self.misfit > (FEW_FRAMES_MISFIT if self.n_frames < MORE_FRAMES else MAX_MISFIT)
+
+    @property
     def doubt(self) -> Reason | None:
         """Why the reading is not believed, one of `decode.REASONS`; None if it is believed.
 
@@ -108,6 +117,10 @@ class Reading:
         >>> Reading(value=None).doubt, Reading(value=37).doubt
         ('no_events', 'no_start')
         >>> Reading(value=37, check=True, gain=90, rival=90, place=50, margin=40).doubt
+        >>> Reading(value=37, check=True, gain=90, rival=90, place=50, margin=40, misfit=5).doubt
+        'manchester'
+        >>> Reading(value=37, check=True, gain=90, rival=90, place=50, margin=40, misfit=5).doubt
+        'manchester'
         """
         if self.value is None:
             return "no_events"
@@ -115,9 +128,11 @@ class Reading:
             return "no_start"
         if not self.check:
             return "checksum"
-        if (self.is_periodic or self.misfit > FEW_FRAMES_MISFIT) and self.n_frames < MORE_FRAMES:
+        if self.is_periodic and self.n_frames < MORE_FRAMES:
             return "manchester"
-        if self.misfit > MAX_MISFIT or self.margin < MIN_MARGIN or self.conflict > MIN_MARGIN:
+        if self.is_misfit and not self.is_seconded:
+            return "manchester"
+        if self.margin < MIN_MARGIN or self.conflict > MIN_MARGIN:
             return "manchester"
         return None
 

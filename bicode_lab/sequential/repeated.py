@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.sequential.fold import ON, Bins, Clock, Folded, find_clock, fold
-from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, against_lamps, decide, judge, learn, start_share
-from bicode_lab.sequential.levels import chip_scores, guess_levels
+from bicode_lab.sequential.fold import ON, Bins, find_clock, fold
+from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, against_lamps, decide, judge, start_share
+from bicode_lab.sequential.learning import learn
+from bicode_lab.sequential.levels import TAILS, chip_scores, guess_levels
 from bicode_lab.sequential.paths import FIRST, best_contexts, score_places
 from bicode_lab.sequential.reading import NOTHING, Reading
 from bicode_lab.sequential.rivals import burst_score
 from bicode_lab.soft_receiver.line_code import LineCode
 
-LATER_OFF = (-1, 0, 1)  # by how many chips more OFF events may come later than ON events
-STARTS = 3  # places that the levels are learned from
+LATER_OFF = (-1, 0, 1, 2)  # by how many chips more OFF events may come later than ON events
+STARTS = 3  # places that the levels are learned from, for each tail and each delay
 QUIET_CHIPS = 2  # the last data and the first data may be off for a chip each, beside the start
 
 
@@ -57,15 +58,14 @@ def read_repeated(bins: Bins, line: LineCode) -> Reading:
     if not bins.counts.any() or not _is_long_enough(bins, line):
         return NOTHING
     clock = find_clock(bins)
-    guess = guess_levels(fold(bins, clock, n))
-    starts: list[tuple[float, int, Clock, Folded]] = []
-    for later in LATER_OFF:
-        shifted = clock.later_off(later)
-        counts = fold(bins, shifted, n)
-        scores = score_places(chip_scores(counts, guess, ONES), line)
-        starts += [(float(scores[at]), int(at), shifted, counts) for at in np.argsort(-scores)[:STARTS]]
-    starts = sorted(starts, key=lambda one: -one[0])[:STARTS]
-    tried = [(learn(counts.rolled(at + FIRST), guess, line), clock, counts) for _, at, clock, counts in starts]
+    tried = []
+    for tail in TAILS:
+        guess = guess_levels(fold(bins, clock, n), tail)
+        for shifted in (clock.later_off(later) for later in LATER_OFF):
+            counts = fold(bins, shifted, n)
+            scores = score_places(chip_scores(counts, guess, ONES), line)
+            starts = np.argsort(-scores)[:STARTS]
+            tried += [(learn(counts.rolled(int(at) + FIRST), guess, line), shifted, counts) for at in starts]
     learned, clock, counts = max(tried, key=lambda one: one[0].total)
     places = score_places(chip_scores(counts, learned.levels, learned.dispersion), line)
     at = int(np.argmax(places))

@@ -31,8 +31,9 @@ def pulses(
     off: float = 30.0,
     latency_us: tuple[float, float] = (120.0, 180.0),
     jitter_us: float = 40.0,
+    tail_us: float = 0.0,
 ) -> Events:
-    """Make the events of edges: Poisson numbers, a latency of each polarity, gamma jitter, and places in a disc."""
+    """Make the events of edges: Poisson numbers, a latency of each polarity, gamma jitter, exponential tail, a disc."""
     times, is_rise = np.asarray(times_us, float), np.asarray(rises, bool)
     parts = []
     for polarity, mean, latency in ((1, on, latency_us[0]), (0, off, latency_us[1])):
@@ -42,6 +43,7 @@ def pulses(
         x = centre[0] + velocity_px_per_s * t * 1e-6 + radius * np.cos(angle)
         y = centre[1] + radius * np.sin(angle)
         late = t + latency - jitter_us + rng.gamma(4, jitter_us / 4, t.size)
+        late += tail_us * rng.exponential(size=t.size)
         inside = (late >= 0) & (x >= 0) & (x < WIDTH) & (y >= 0) & (y < HEIGHT)
         parts.append(make_events(x[inside], y[inside], np.full(int(inside.sum()), polarity), late[inside]))
     return merge(*parts)

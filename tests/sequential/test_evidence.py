@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,8 @@ from bicode_lab.sequential.evidence import MAX_WAIT, Evidence
 from bicode_lab.sequential.fold import PHASES, Clock
 from bicode_lab.sequential.reading import Agreement, Reading
 from bicode_lab.soft_receiver.line_code import BicodeLine
+
+from .light import bins_of, marker
 
 LINE = BicodeLine(packet_format=PacketFormat())
 BIN_US = int(LINE.chip_us / PHASES)
@@ -70,3 +74,29 @@ def test_a_frame_that_contradicts_by_12_nats_asks_for_a_new_reading(monkeypatch:
     assert track.times_read == before
     track(contradiction=12.1)
     assert track.times_read > before
+
+
+@pytest.mark.parametrize(
+    ("sent", "misfit", "n_frames", "is_read"),
+    [(37, 3.9, 9, True), (37, 4.1, 9, True), (38, 3.9, 9, True), (38, 4.1, 9, False), (38, 2.1, 3, False),
+     (37, 2.1, 3, True), (38, 1.9, 3, True)],
+)  # fmt: skip
+def test_a_misfit_does_not_count_if_the_papers_rule_reads_the_same(
+    monkeypatch: pytest.MonkeyPatch, sent: int, misfit: float, n_frames: float, is_read: bool
+) -> None:
+    """The counts send one value or another, and the reading, which is given, says 37."""
+    reading = replace(SURE, misfit=misfit, n_frames=n_frames)
+    monkeypatch.setattr(module, "read_repeated", lambda bins, line: reading)
+    monkeypatch.setattr(module, "read_frames", lambda bins, line: (module.NOTHING, []))
+    monkeypatch.setattr(module, "agreement", lambda reading, bins, line: Agreement(presence=9.0, contradiction=0.0))
+    bins = bins_of(marker(sent, PacketFormat(), GRID.period_us, np.random.default_rng(1)), LINE.chip_us)
+    n_on, n_off = bins.counts.T.astype(np.int32)
+    evidence = Evidence(LINE, GRID, 30)
+    evidence.add(0, n_on, n_off, Box(0, 0, 4, 4))
+    assert (evidence.read() is not None) == is_read
+
+
+def test_a_seconded_reading_still_needs_its_margin() -> None:
+    for weak in ({"margin": 7.9}, {"conflict": 8.1}, {"is_periodic": True, "n_frames": 5.9}, {"check": False}):
+        assert replace(SURE, misfit=9.0, is_seconded=True, **weak).doubt is not None
+    assert replace(SURE, misfit=9.0, is_seconded=True).doubt is None

@@ -10,6 +10,7 @@ from bicode_lab.sequential.levels import (
     GUESS_CHIPS,
     GUESS_EVENTS,
     MEMORY,
+    TAILS,
     chip_scores,
     estimate_levels,
     find_dispersion,
@@ -91,20 +92,21 @@ def test_noise_is_the_score_of_equal_levels() -> None:
     assert noise_score(counts, dispersion) == pytest.approx(chip_scores(counts, equal, dispersion)[:, 0].sum())
 
 
-def test_the_guess_has_the_pulse_at_the_edges_of_its_polarity() -> None:
-    """ON events come at rises, contexts 001 and 101; OFF events at falls, 110 and 010; a late tail one chip later."""
+@pytest.mark.parametrize("tail", TAILS)
+def test_the_guess_has_the_pulse_at_the_edges_of_its_polarity(tail: float) -> None:
+    """ON events come at rises, contexts 001 and 101; OFF events at falls, 110 and 010; the tail comes a chip later."""
     sums = np.zeros((28, 2, PHASES))
     sums[:, ON, 2] = 36.0
     sums[:, OFF, 5] = 18.0
-    guess = guess_levels(Folded(sums, sums**2, np.full((28, 2, PHASES), 10.0)))
+    guess = guess_levels(Folded(sums, sums**2, np.full((28, 2, PHASES), 10.0)), tail)
     assert (guess > 0).all()
     total = guess.sum(axis=2)
     for side, edges, late, still in ((ON, (0b001, 0b101), (0b011,), (0, 2, 4, 6, 7)),
                                      (OFF, (0b110, 0b010), (0b100,), (0, 1, 3, 5, 7))):  # fmt: skip
         assert total[list(edges), side] == pytest.approx(total[edges[0], side])
-        assert total[list(late), side] == pytest.approx(0.1 * total[edges[0], side], rel=0.3)
+        assert total[list(late), side] == pytest.approx(tail * total[edges[0], side], rel=0.3)
         assert total[list(still), side].max() < 0.02 * total[edges[0], side]
         assert guess[edges[0], side].argmax() == (2 if side == ON else 5)
-    # 36 % of the chips have an edge, and all edges together make all events.
-    assert 0.36 * total[1, ON] == pytest.approx(3.6, rel=0.1)
-    assert 0.36 * total[6, OFF] == pytest.approx(1.8, rel=0.1)
+    # 36 % of the chips have an edge, a tail follows 40 % of these, and all edges together make all events.
+    assert 0.36 * total[1, ON] * (1 + 0.4 * tail) == pytest.approx(3.6, rel=0.1)
+    assert 0.36 * total[6, OFF] * (1 + 0.4 * tail) == pytest.approx(1.8, rel=0.1)
