@@ -25,7 +25,8 @@ from bicode_lab.kernels import njit
 BLOCK_PX = 4
 MIN_POWER = 16.0
 MIN_SHARE = 0.1  # of the strongest block of a window, below which a block does not belong to what blinks there
-N_ANGLES = 256  # angles of a phasor
+N_ANGLES = 256  # angles of a phasor, a power of 2
+FRACTION = 1 << 32  # angles are counted in whole numbers of this fraction
 
 Floats = npt.NDArray[np.float64]
 
@@ -79,7 +80,7 @@ class LatticeFinder:
         if not events.size:
             return []
         self._sums[:] = 0
-        _add(words(events), int(events["t"][0]), 1 / self._chip_us, self._table, self._sums)
+        _add(words(events), int(events["t"][0]), round(N_ANGLES * FRACTION / self._chip_us), self._table, self._sums)
         belongs, power = _windows(self._sums, MIN_POWER, MIN_SHARE)
         n, labels, stats, _ = cv2.connectedComponentsWithStats(belongs, connectivity=8)
         regions = []
@@ -95,13 +96,15 @@ class LatticeFinder:
 
 
 @njit(cache=True, nogil=True)
-def _add(events, start_us, rate, table, sums):  # type: ignore[no-untyped-def]
-    """Add the phasor of each event, given as `events.words`, to the sums of its block and polarity."""
+def _add(events, start_us, steps, table, sums):  # type: ignore[no-untyped-def]
+    """Add the phasor of each event, given as `events.words`, to the sums of its block and polarity.
+
+    It turns by `steps` / `FRACTION` angles in a microsecond.
+    """
     for i in range(events.shape[0]):
         word = events[i, 0]
         x, y, p = word & 0xFFFF, (word >> 16) & 0xFFFF, (word >> 32) & 1
-        turns = (events[i, 1] - start_us) * rate
-        angle = np.int64((turns - np.floor(turns)) * N_ANGLES) & (N_ANGLES - 1)
+        angle = (((events[i, 1] - start_us) * steps) // FRACTION) & (N_ANGLES - 1)
         block = sums[y // BLOCK_PX, x // BLOCK_PX, p]
         block[0] += table[angle, 0]
         block[1] += table[angle, 1]
@@ -116,6 +119,12 @@ def _windows(sums, min_power, min_share):  # type: ignore[no-untyped-def]
     best = np.zeros((rows, columns), np.float32)
     for r in range(max(rows - 1, 1)):
         for c in range(max(columns - 1, 1)):
+            n_events = 0.0
+            for i in range(r, min(r + 2, rows)):
+                for j in range(c, min(c + 2, columns)):
+                    n_events += sums[i, j, 0, 2] + sums[i, j, 1, 2]
+            if n_events < min_power:  # a power is at most twice the number of events
+                continue
             weaker, together = np.inf, 0.0
             lines = np.zeros((2, 2))
             for p in range(2):

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from bicode_lab.boxes import Box, merge_boxes
-from bicode_lab.events import Events
+from bicode_lab.events import EVENT_DTYPE, Events, words
+from bicode_lab.kernels import njit
 from bicode_lab.marker.board import aruco_dictionary
 from bicode_lab.recognition.decode import Packet
+from bicode_lab.recognition.event_codes import CodedEvents, EventCoder
 from bicode_lab.recognition.marker_2d import Marker2d, find_marker_2d, frame_2d
 from bicode_lab.recognition.periods import PeriodCounter, PeriodGrid
 from bicode_lab.recognition.regions import RegionFinder
@@ -117,6 +120,8 @@ class SequentialReceiver:
         bin_us = max(1, int(self._line.chip_us / PHASES))
         self._grid = PeriodGrid(t0_us=t0_us, period_us=s.delta_t_whole_us, bin_us=bin_us)
         self._lattice = LatticeFinder(self._line.chip_us, s.width, s.height)
+        self._coder = EventCoder(s.width, s.height)
+        self._beside = ThreadPoolExecutor(1)  # one thread, which ends with the receiver
         self._finder = RegionFinder(s)
         self._counter = PeriodCounter(self._grid, s.width, s.height, "events")
         self._tracks: Tracks[Evidence] = Tracks(s.max_age)
@@ -148,21 +153,23 @@ class SequentialReceiver:
         period, expected = self._grid.period_at(start_us), self._next_period
         self._tracks.advance(period + 1 - expected)
         self._next_period = period + 1
-        blinking = [region.box for region in self._finder(events, start_us)]  # checks that events are on the sensor
+        coded = self._coder(events)  # checks that events are on the sensor
+        search = self._beside.submit(self._find_markers, start_us, coded) if s.detect_2d else None
+        blinking = [region.box for region in self._finder(coded, start_us)]
         clocked = [region.box for region in self._lattice(events)]
         regions = clocked + _apart(blinking, clocked)
         self._hold(period, events, regions)
         if period <= SEARCH_PERIODS or expected // SEARCH_PERIODS != (period + 1) // SEARCH_PERIODS:
             self._search_faint()
         regions += _apart(self._faint, regions)
-        markers = self._find_markers(start_us, events) if s.detect_2d else []
+        markers = search.result() if search else []
         n_cells = aruco_dictionary(s.dictionary).markerSize + 2
         merged = merge_boxes(regions, [marker.box(s.glow, n_cells) for marker in markers], s.width, s.height)
         found = [box for box, _ in merged]
         tracks = self._tracks.update(found, lambda box: self._new_evidence(period, box))
         unseen = self._unseen(found)
         boxes = found + [box for box, _ in unseen]
-        counts = self._counter(period, events, boxes)
+        counts = self._counter(period, coded, boxes)
         numbers = [which for _, which in merged] + [None] * len(unseen)
         sure = {*clocked, *self._faint}
         sightings: list[Sighting] = []
@@ -177,21 +184,20 @@ class SequentialReceiver:
                 sightings.append(self._sighting(period, track.number, box, marker, outcome))
         return sightings
 
-    def _find_markers(self, start_us: int, events: Events) -> list[Marker2d]:
+    def _find_markers(self, start_us: int, events: CodedEvents) -> list[Marker2d]:
         """Find the 2D markers of the period that starts at `start_us` [us] (boxes a, b and c of Fig. 2)."""
         s = self.settings.receiver
-        early = events[: int(np.searchsorted(events["t"], start_us + s.delta_t_2d_us))]
-        return find_marker_2d(frame_2d(early, s), s)
+        return find_marker_2d(frame_2d(events.between(start_us, start_us + s.delta_t_2d_us), s), s)
 
     def _hold(self, period: int, events: Events, regions: Sequence[Box]) -> None:
         """Keep the events of the period that lie in no region, and drop those that are too old or too many."""
         s = self.settings.receiver
-        outside = np.ones((s.height, s.width), bool)
+        inside = np.zeros((s.height, s.width), bool)
         for box in regions:
-            outside[
+            inside[
                 max(box.y - GUARD_PX, 0) : box.bottom + GUARD_PX, max(box.x - GUARD_PX, 0) : box.right + GUARD_PX
-            ] = 0
-        self._held.append((period, events[outside[events["y"], events["x"]]] if len(regions) else events))
+            ] = 1
+        self._held.append((period, _outside(words(events), inside).view(EVENT_DTYPE)[:, 0]))
         while self._held and self._held[0][0] <= period - self.settings.region_periods:
             self._held.popleft()
         while len(self._held) > 1 and sum(part.size for _, part in self._held) > MAX_HELD_EVENTS:
@@ -276,6 +282,18 @@ class SequentialReceiver:
         start_us = self._grid.t0_us + begin * self._line.chip_us
         end_us, edge_us = (start_us + n * chip_us for n in (self._line.frame_chips, len(self._line.start_chips)))
         return Packet(round(start_us), round(end_us), value, True, None, None, round(edge_us))
+
+
+@njit(cache=True, nogil=True)
+def _outside(events, inside):  # type: ignore[no-untyped-def]
+    """Return the events, given as `events.words`, whose pixels lie in no region."""
+    kept = np.empty_like(events)
+    n = 0
+    for i in range(events.shape[0]):
+        word = events[i, 0]
+        kept[n, 0], kept[n, 1] = word, events[i, 1]
+        n += not inside[(word >> 16) & 0xFFFF, word & 0xFFFF]
+    return kept[:n].copy()
 
 
 def _apart(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:

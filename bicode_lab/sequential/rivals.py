@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bicode_lab.kernels import njit
 from bicode_lab.sequential.fold import PHASES, Bins, Floats, Folded
 from bicode_lab.sequential.levels import GUESS_CHIPS, GUESS_EVENTS
 
@@ -52,7 +53,8 @@ def burst_score(bins: Bins, dispersion: Floats) -> float:
     float
     """
     block = ((bins.chips - bins.chips[0]) / BURST_CHIPS).astype(np.int64)
-    return _grouped_score(bins, block, int(block[-1]) + 1, dispersion)
+    score: float = _grouped_score(bins.counts, block, int(block[-1]) + 1, dispersion)
+    return score
 
 
 def lamp_score(bins: Bins, dispersion: Floats, n_chips: int) -> float:
@@ -74,8 +76,7 @@ def lamp_score(bins: Bins, dispersion: Floats, n_chips: int) -> float:
     rates, step = _strongest_rates(bins)
     for rate in (rates[:, None] + step * np.linspace(-0.5, 0.5, FINER)).ravel():  # short pulses need an exact rate
         n = max(LAMP_PHASES, int(np.ceil(PHASES / rate))) if rate * n_chips > FASTER else LAMP_PHASES
-        phase = np.floor((bins.chips * rate % 1.0) * n).astype(np.int64) % n
-        best = max(best, _grouped_score(bins, phase, n, dispersion))
+        best = max(best, _lamp_score(bins.chips, bins.counts, rate, n, dispersion))
     return best
 
 
@@ -103,14 +104,29 @@ def _strongest_rates(bins: Bins) -> tuple[Floats, float]:
     return np.concatenate([rates[top], [0.25, 0.5, 1.0]]), float(rates[1])
 
 
-def _grouped_score(bins: Bins, group: np.ndarray, n: int, dispersion: Floats) -> float:
+@njit(cache=True, nogil=True)
+def _lamp_score(chips, counts, rate, n, dispersion):  # type: ignore[no-untyped-def]
+    """Return the log-likelihood if the mean count depends on the phase of a lamp only, in `n` bins of its cycle."""
+    group = np.empty(chips.size, np.int64)
+    for k in range(chips.size):
+        turns = chips[k] * rate
+        group[k] = min(np.int64((turns - np.floor(turns)) * n), n - 1)
+    return _grouped_score(counts, group, n, dispersion)
+
+
+@njit(cache=True, nogil=True)
+def _grouped_score(counts, group, n, dispersion):  # type: ignore[no-untyped-def]
     """Return the log-likelihood if the mean count depends on the group of a bin only."""
-    seen = np.bincount(group, minlength=n).astype(np.float64)
+    seen, total = np.zeros(n), np.zeros((2, n))
+    for k in range(group.size):
+        seen[group[k]] += 1
+        total[0, group[k]] += counts[k, 0]
+        total[1, group[k]] += counts[k, 1]
     score = 0.0
     for side in range(2):
-        total = np.bincount(group, bins.counts[:, side], n)
-        mean = (float(total.sum()) + 0.5) / (float(seen.sum()) + 1)
+        mean = (total[side].sum() + 0.5) / (group.size + 1)
         weight = min(GUESS_EVENTS * dispersion[side] / mean, GUESS_CHIPS * PHASES)
-        rate = (total + mean * weight) / (seen + weight)
-        score += float((total * np.log(rate) - seen * rate).sum()) / dispersion[side]
+        for j in range(n):
+            rate = (total[side, j] + mean * weight) / (seen[j] + weight)
+            score += (total[side, j] * np.log(rate) - seen[j] * rate) / dispersion[side]
     return score
