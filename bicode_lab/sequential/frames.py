@@ -17,6 +17,8 @@ from bicode_lab.sequential.rivals import burst_score, noise_score
 from bicode_lab.soft_receiver.line_code import LineCode
 from bicode_lab.soft_receiver.viterbi import path_score
 
+FADE = 4.0  # from one period to the next, a light does not become weaker or stronger by more than this factor
+
 
 def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]]:
     """Read each frame for itself.
@@ -84,6 +86,9 @@ def read_frames(bins: Bins, line: LineCode) -> tuple[Reading, list[FrameReading]
 def agreement(reading: Reading, bins: Bins, line: LineCode) -> Agreement:
     """Compare a reading with counts of the same region, such as those of the last period.
 
+    A light may fade or brighten by up to `FADE` without being another one, so the levels follow the number of events
+    that far.
+
     Parameters
     ----------
     reading : Reading
@@ -96,13 +101,15 @@ def agreement(reading: Reading, bins: Bins, line: LineCode) -> Agreement:
     Agreement
     """
     bins = seen_counts(bins, line)
-    if not bins.counts.any() or reading.clock is None or reading.contexts is None or reading.levels is None:
+    if reading.clock is None or reading.contexts is None or reading.levels is None:
         return Agreement(presence=-np.inf, contradiction=0.0)
     n, clock = line.frame_chips, reading.clock
     first, _ = span(bins, clock, line)
     at = round(reading.begin * clock.rate - clock.origin[ON] - first)
     frames, begins = cut(bins, clock, at, line)
-    scores = chip_scores(frames, reading.levels, reading.dispersion)
+    usual = (reading.levels[np.tile(reading.contexts, len(begins))] * frames.exposure).sum()
+    fading = np.clip(frames.sums.sum() / max(usual, 1e-9), 1 / FADE, FADE)
+    scores = chip_scores(frames, reading.levels * fading, reading.dispersion)
     worst = total = 0.0
     for k in range(len(begins)):
         frame = scores[k * n : (k + 1) * n]

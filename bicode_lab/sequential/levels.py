@@ -24,7 +24,7 @@ from bicode_lab.sequential.fold import OFF, ON, PHASES, Floats, Folded
 MEMORY = 3  # chips of a context
 EDGE_FRACTION = 0.36  # of the chips begin with a rise, as many with a fall ...
 LASTING = 0.4  # ... and this fraction of them is followed by a chip of the same level
-TAILS = (0.1, 0.4, 1.0, 2.5)  # guesses: events of an edge in the chip after it, relative to those in its own chip
+TAILS = (0.1, 2.5)  # guesses: events of an edge in the chip after it, relative to those in its own chip
 STRAY = 0.003  # guess: least mean of a bin without an edge, relative to one with an edge
 GUESS_EVENTS = 3.0  # the guess has the weight of so many independent events ...
 GUESS_CHIPS = 24.0  # ... but of no more than this many chips of each context

@@ -1,7 +1,7 @@
 """The sequential receiver: periods, regions that keep the clock, tracks, and the evidence of each track.
 
-In each period it looks for regions in three ways (`lattice`, the paper's blinking regions, and `faint_regions` in the
-events of about a second that lie in none of these). Boxes become tracks (`tracks`); the evidence of a track follows
+In each period it looks for regions in three ways (`lattice`, the paper's blinking regions, and `LatticeFinder.faint` in
+the events of about a second that lie in none of these). Boxes become tracks (`tracks`); the evidence of a track follows
 it, so that motion does not break it (`evidence`). Regions in which nothing sends frames of the code make no sighting.
 """
 
@@ -31,7 +31,6 @@ from bicode_lab.sequential.fold import PHASES
 from bicode_lab.sequential.lattice import LatticeFinder
 from bicode_lab.sequential.reading import Reading
 from bicode_lab.sequential.tracks import Track, Tracks
-from bicode_lab.soft_receiver.faint_regions import find_faint_regions
 from bicode_lab.soft_receiver.line_code import BicodeLine
 
 EVIDENCE_COLUMNS = ("margin", "evidence_periods")
@@ -119,7 +118,7 @@ class SequentialReceiver:
         self._line = BicodeLine(packet_format=s.packet_format, conventions=s.conventions)
         bin_us = max(1, int(self._line.chip_us / PHASES))
         self._grid = PeriodGrid(t0_us=t0_us, period_us=s.delta_t_whole_us, bin_us=bin_us)
-        self._lattice = LatticeFinder(self._line.chip_us, s.width, s.height)
+        self._lattice = LatticeFinder(self._line.chip_us, self._line.frame_chips, s.width, s.height)
         self._coder = EventCoder(s.width, s.height)
         self._beside = ThreadPoolExecutor(1)  # one thread, which ends with the receiver
         self._finder = RegionFinder(s)
@@ -208,7 +207,7 @@ class SequentialReceiver:
         s = self.settings.receiver
         if self._held:
             together = np.concatenate([part for _, part in self._held])
-            self._faint = find_faint_regions(together, self._line.chip_us, s.width, s.height)
+            self._faint = [_wider(region.box, 2, s.width, s.height) for region in self._lattice.faint(together)]
 
     def _new_evidence(self, period: int, box: Box) -> Evidence:
         """Make the evidence of a new track; that of a faint region begins with the events that are still held."""
@@ -299,3 +298,8 @@ def _outside(events, inside):  # type: ignore[no-untyped-def]
 def _apart(boxes: Sequence[Box], others: Sequence[Box]) -> list[Box]:
     """Return the boxes that overlap none of the others."""
     return [box for box in boxes if not any(box.overlaps(other) for other in others)]
+
+
+def _wider(box: Box, by_px: int, width: int, height: int) -> Box:
+    """Return a box with a border of so many pixels, as far as it lies on the sensor."""
+    return Box(box.x - by_px, box.y - by_px, box.w + 2 * by_px, box.h + 2 * by_px).clipped(width, height)

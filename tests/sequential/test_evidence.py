@@ -13,10 +13,12 @@ from bicode_lab.recognition.periods import PeriodGrid
 from bicode_lab.sequential import evidence as module
 from bicode_lab.sequential.evidence import MAX_WAIT, Evidence
 from bicode_lab.sequential.fold import PHASES, Clock
+from bicode_lab.sequential.frames import agreement
 from bicode_lab.sequential.reading import Agreement, Reading
+from bicode_lab.sequential.repeated import read_repeated
 from bicode_lab.soft_receiver.line_code import BicodeLine
 
-from .light import bins_of, marker
+from .light import bins_of, marker, merge, noise
 
 LINE = BicodeLine(packet_format=PacketFormat())
 BIN_US = int(LINE.chip_us / PHASES)
@@ -100,3 +102,17 @@ def test_a_seconded_reading_still_needs_its_margin() -> None:
     for weak in ({"margin": 7.9}, {"conflict": 8.1}, {"is_periodic": True, "n_frames": 5.9}, {"check": False}):
         assert replace(SURE, misfit=9.0, is_seconded=True, **weak).doubt is not None
     assert replace(SURE, misfit=9.0, is_seconded=True).doubt is None
+
+
+@pytest.mark.parametrize(("share", "is_there"), [(2.0, True), (1.0, True), (0.3, True), (0.0, False)])
+def test_a_light_that_fades_is_still_there(share: float, is_there: bool) -> None:
+    """A reading of bright frames, compared with others that have a share of their events and the same noise."""
+    rng = np.random.default_rng(2)
+    bright = bins_of(
+        merge(marker(37, PacketFormat(), 99_000, rng, on=10, off=10), noise(500, 99_000, rng)), LINE.chip_us
+    )
+    reading = read_repeated(bright, LINE)
+    assert reading.doubt is None
+    later = marker(37, PacketFormat(), 99_000, rng, on=10 * share, off=10 * share)
+    agrees = agreement(reading, bins_of(merge(later, noise(500, 99_000, rng)), LINE.chip_us), LINE)
+    assert (agrees.presence > 0) == is_there
