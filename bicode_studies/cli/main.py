@@ -38,6 +38,11 @@ COMMANDS = {
         "compare_receivers",
         "Let three receivers read the same recordings and compare them.",
     ),
+    "name-lights": (
+        "comparisons.name_lights",
+        "name_lights",
+        "Name lights of known kinds, and count how often the name is right.",
+    ),
     "what-if": ("what_if", "what_if", "Open a page with sliders for rates, distances and times."),
     "bench": ("bench", "bench", "Measure the speed of simulation and receivers on this machine."),
     "doctor": ("doctor", "doctor", "Check that all that is needed is installed and works."),
