@@ -23,6 +23,8 @@ CHECKSUM = "sum"  # "sum": number of ones in the ID; "crc3": CRC-3, x^3 + x + 1
 CHECKSUM_BITS = 3  # width of the checksum; 3 for "crc3"
 MANCHESTER = "ieee"  # a 1 is "ieee": off then on, "thomas": on then off
 BIT_ORDER = "msb"  # which end of ID and checksum goes first, "msb" or "lsb"
+CODE = "bicode"  # "interval", "uart" and "frequency" are other ways to blink at F_ID_HZ, see below
+TEXT = "HELLO"  # what "uart" sends
 
 # ---- from the ID to chips (half bits): 0 LED off, 1 LED on ----------------------------
 
@@ -53,6 +55,34 @@ def packet_chips():
         second = bit if MANCHESTER == "ieee" else 1 - bit
         chips += [1 - second, second]
     return chips
+
+
+def interval_chips():
+    """Return a word of the interval code: rises 4 chips apart (start), then 2 for each 0 and 3 for each 1 of the ID."""
+    chips = [1, 0, 0, 0]
+    for place in range(PAYLOAD_BITS - 1, -1, -1):
+        chips += [1, 0, 0] if ID >> place & 1 else [1, 0]
+    return chips
+
+
+def uart_chips():
+    """Return the letters of TEXT: start 0, 7 bits with the highest first, even parity, two stop bits 1."""
+    chips = []
+    for letter in TEXT:
+        bits = [ord(letter) >> place & 1 for place in range(6, -1, -1)]
+        chips += [0] + bits + [sum(bits) % 2, 1, 1]
+    return chips
+
+
+def sent_chips():
+    """Return what is sent again and again, and how many chips each cycle of F_ID_HZ has."""
+    if CODE == "interval":
+        return interval_chips(), 1  # F_ID_HZ is base periods per second
+    if CODE == "uart":
+        return uart_chips(), 1  # F_ID_HZ is the baud rate
+    if CODE == "frequency":
+        return [1, 0], 2  # F_ID_HZ is the frequency
+    return packet_chips(), 2
 
 
 # ---- from chips to the pin -----------------------------------------------------------
@@ -94,7 +124,12 @@ def check_settings():
         raise ValueError('CHECKSUM is "sum", or "crc3" with CHECKSUM_BITS = 3')
     if MANCHESTER not in ("ieee", "thomas") or BIT_ORDER not in ("msb", "lsb"):
         raise ValueError('MANCHESTER is "ieee" or "thomas", BIT_ORDER is "msb" or "lsb"')
-    slowest_hz, fastest_hz = (machine.freq() / part / (2 * STEPS_PER_CHIP) for part in (65536, 1))
+    if CODE not in ("bicode", "interval", "uart", "frequency"):
+        raise ValueError('CODE is "bicode", "interval", "uart" or "frequency"')
+    if CODE == "uart" and (not TEXT or max(ord(letter) for letter in TEXT) > 127):
+        raise ValueError("TEXT is one letter or more, each of 7 bits")
+    chips = sent_chips()[1]
+    slowest_hz, fastest_hz = (machine.freq() / part / (chips * STEPS_PER_CHIP) for part in (65536, 1))
     if not slowest_hz < F_ID_HZ <= fastest_hz:
         raise ValueError("F_ID_HZ=%s is not in %.2f .. %.0f" % (F_ID_HZ, slowest_hz, fastest_hz))
 
@@ -102,8 +137,10 @@ def check_settings():
 def send():
     """Blink until the power is switched off or Ctrl-C is pressed."""
     check_settings()
-    words = words_of(packet_chips() * 16)  # 16 packets are always whole words
-    blinker = rp2.StateMachine(0, send_chips, freq=round(F_ID_HZ * 2 * STEPS_PER_CHIP), out_base=machine.Pin(PIN))
+    chips, chips_per_cycle = sent_chips()
+    words = words_of(chips * (32 if len(chips) % 2 else 16))  # always whole words
+    steps_hz = round(F_ID_HZ * chips_per_cycle * STEPS_PER_CHIP)
+    blinker = rp2.StateMachine(0, send_chips, freq=steps_hz, out_base=machine.Pin(PIN))
     blinker.active(1)
     try:
         while True:

@@ -21,8 +21,11 @@ import pytest
 
 from bicode_lab.camera import PlacedMarker, Pose, Recorder, Scene, Still
 from bicode_lab.fabrication import transmitter_text
+from bicode_lab.lights.interval_line import IntervalLine
+from bicode_lab.lights.waveform import ChipWaveform, constant_frequency, text_waveform
 from bicode_lab.marker import LedWaveform, Marker, PacketFormat
 from bicode_lab.recognition import ReceiverSettings, recognise
+from bicode_lab.soft_receiver.line_code import UartLine
 
 BOARD = Path(__file__).parent / "board"
 FETCHED = Path(__file__).resolve().parents[2] / "build" / "micropython" / "micropython"
@@ -186,3 +189,37 @@ def test_the_receiver_reads_what_the_transmitter_blinks(payload: int, interprete
     rng = np.random.default_rng(7)
     sightings = list(recognise(Recorder(scene, 5 * 0.033, rng), ReceiverSettings(), t0_us=0))
     assert [sighting.id for sighting in sightings] == [payload] * 5
+
+
+@pytest.mark.parametrize(
+    ("code", "rate_hz", "waveform"),
+    [
+        ("interval", 5000.0, ChipWaveform(chips=IntervalLine().encode(0xA5), chip_us=200)),
+        ("interval", 1000.0, ChipWaveform(chips=IntervalLine(rate_hz=1000).encode(0xA5), chip_us=1000)),
+        ("uart", 3125.0, text_waveform('Say "hi" \\ 7', UartLine(rate_hz=3125))),
+        ("frequency", 777.0, constant_frequency(777)),
+    ],
+)
+def test_other_codes_blink_as_their_waveforms_say(
+    code: Any, rate_hz: float, waveform: ChipWaveform, interpreter: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "bicode_tx.py"
+    file.write_text(transmitter_text(0xA5, PacketFormat(f_id_hz=rate_hz), code=code, text='Say "hi" \\ 7'))
+    until_us = 2.3 * waveform.packet_us
+    case = {"file": str(file), "name": "bicode_tx", "ids": [0xA5], "us": until_us + 500}
+    (seen,) = run(interpreter, [case], tmp_path)
+    wave_us, wave = (array[1:] for array in waveform.steps(0, until_us))
+    real_us, real = times_us(seen), levels(seen)
+    if waveform.chips[0]:  # the board counts from before the first chip, when the pin is low
+        real_us, real = real_us[real_us > 0], real[real_us > 0]
+    kept = real_us < until_us - waveform.chip_us / 2
+    n = int(kept.sum())
+    np.testing.assert_array_equal(real[kept], wave[:n])
+    assert n >= np.count_nonzero(wave_us < until_us - waveform.chip_us)
+    np.testing.assert_allclose(real_us[kept], wave_us[:n], rtol=1 / seen["divider_256"] + 1e-6)
+
+
+@pytest.mark.parametrize(("given", "word"), [({"code": "morse"}, "morse"), ({"code": "uart", "text": "\n"}, "text=")])
+def test_another_code_or_text_is_refused(given: Any, word: str) -> None:
+    with pytest.raises(ValueError, match=word):
+        transmitter_text(1, PacketFormat(), **given)
