@@ -40,6 +40,7 @@ CODES = {
     "uart": [uart_code(8, 1, False), uart_code(8, 2, False), uart_code(7, 2, True)],
     "interval": [interval_code()],
 }
+UNKNOWN_IS_RARER = math.log(99.0)  # a code that is not known here
 REPEATS = (20, 128)  # ticks
 SHIFTS, PULSE_SHIFTS = (-1, 0, 1), (0, 1, 2)
 
@@ -124,11 +125,9 @@ def _best_shift(clock: Clock, family: str) -> float:
     for shift in shifts:
         weights = weights_of(clock, shift)
         found = max(found, _evidence(weights, codes) - math.log(len(codes)))
-        if family == "uart":
-            continue
         for lag in {*likely_repetitions(weights, *REPEATS)} - {0}:
             ring = repeated_bicode_code(lag) if family == "bicode" else None
             repeated = [*codes, ring] if ring else codes
             cost = math.log(len(repeated) * REPEATS[1])
             found = max(found, _evidence(fold(weights, lag), repeated) - cost)
-    return found - math.log(len(shifts))
+    return found - math.log(len(shifts)) - (UNKNOWN_IS_RARER if family == "unknown" else 0.0)

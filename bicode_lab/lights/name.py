@@ -1,10 +1,10 @@
 """Name a light: which kind it is, with its rate, from some 50 ms of its events.
 
 Each kind says what its edges may do at the ticks of a clock (`codes`). The probability of the events is summed over all
-that a light of the kind may have sent, and over nothing else; the kind that makes the events most probable is the
-answer (the evidence of Bayes' rule, with equal odds for the kinds beforehand). So no threshold decides between kinds:
-a square wave is also a possible Bicode packet or serial line, but only one of very many, and loses to the kind that
-cannot be anything else.
+that a light of the kind may have sent, and over nothing else. The kind that makes the events most probable is the
+answer (the evidence of Bayes' rule). All kinds have equal odds beforehand, but for a code that is not known here: one
+light in a hundred is taken to have such. So no threshold decides between kinds: a square wave is also a possible Bicode
+packet or serial line, but only one of very many, and loses to the kind that cannot be anything else.
 
 Two things cannot be told from any events. A dimmer with a duty of one half is a light of constant frequency. And the
 latencies of ON and OFF events differ by an unknown amount, which looks like a duty.
@@ -19,14 +19,16 @@ from typing import Literal
 import numpy as np
 
 from bicode_lab.events import Events, slice_time
-from bicode_lab.lights.evidence import CODES, PERIODIC_HZ, Score, clock_scores
+from bicode_lab.lights.evidence import PERIODIC_HZ, Score, clock_scores
 from bicode_lab.lights.fit import Clock
 from bicode_lab.lights.moving import comes_by_chance, moving_gain
-from bicode_lab.lights.sample import onsets, take_sample
+from bicode_lab.lights.sample import FASTEST_HZ, onsets, take_sample
 
 Kind = Literal[
     "none", "noise", "moving_edge", "mains", "pwm", "constant_frequency", "interval", "bicode", "uart", "unknown"
 ]
+PERIODIC = ("mains", "pwm", "constant_frequency")
+CLOCKED = (*PERIODIC, "interval", "bicode", "uart")
 LOOK_US = 50_000
 SURE = math.log(99.0)  # odds of 99 to 1 against every other kind
 LEAST_EVENTS = 8
@@ -37,6 +39,8 @@ MAINS_SPREAD_HZ = 0.5
 SQUARE_WIDTH_US, SQUARE_SPREAD = 100.0, 1.2  # how edges of a switched light spread: median, and e-folds around it
 RIPPLE_WIDTH, RIPPLE_SPREAD = 0.1, 0.6  # the same for a ripple, in cycles
 SAME_RATE = 0.02
+BROAD = 0.15  # cycles: two thirds of the events of an edge come within a third of a cycle
+SHORTEST_WORD = 8  # chips
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,12 +96,15 @@ def name_light(events: Events) -> LightName:
         events = slice_time(events, first, first + LOOK_US)
     if events.size < LEAST_EVENTS:
         return LightName(kind="none", margin=0.0, likely="none", n_events=events.size)
+    whole = _name(events)
     begins = onsets(events)
-    if begins.size >= LEAST_EVENTS:
-        name = _name(begins)
-        if name.kind in CODES and name.kind != "unknown":
-            return replace(name, n_events=events.size)
-    return _name(events)
+    if begins.size < LEAST_EVENTS:
+        return whole
+    begun = replace(_name(begins), n_events=events.size)
+    if begun.kind in PERIODIC and whole.likely in PERIODIC:
+        return whole  # all events of an edge tell duty and ripple
+    surer = begun.margin > whole.margin or whole.kind not in CLOCKED
+    return begun if begun.kind in CLOCKED and surer else whole
 
 
 def name_region(events: Events, most_looks: int = 8) -> LightName:
@@ -186,6 +193,8 @@ def _periodic(clock: Clock, margin: float, n_events: int) -> LightName:
         kind = "mains"
     if abs(rate_hz / 110 - 1) < 0.2:
         margin = min(margin, abs(mains))
+    if kind != "mains" and width > BROAD and rate_hz < FASTEST_HZ / SHORTEST_WORD:
+        margin = 0.0  # what looks like one broad edge may be a word of a faster code
     return LightName(
         kind=kind if margin >= SURE else "unknown", margin=margin, rate_hz=rate_hz, duty=duty, duty_error=error,
         likely=kind, n_events=n_events,

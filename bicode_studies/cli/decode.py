@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from bicode_lab.events import Events
+from bicode_lab.lights.name import name_region
 from bicode_lab.recognition import ReceiverSettings, Sighting, packet_rows, recognise
 from bicode_lab.recognition.sighting import COLUMNS as SIGHTING_COLUMNS
 from bicode_lab.recordings import Recording, open_recording
@@ -20,6 +21,8 @@ from bicode_lab.sequential import SequentialSettings
 from bicode_lab.sequential.receiver import EVIDENCE_COLUMNS
 from bicode_lab.soft_receiver import UartLine, read_text
 from bicode_studies.cli.helpers.kernel_files import say_if_compiling
+from bicode_studies.cli.helpers.light_rows import WIDTHS as LIGHT_WIDTHS
+from bicode_studies.cli.helpers.light_rows import answer_of_rows, light_rows, reader_of
 from bicode_studies.cli.helpers.marker_options import board_options, marker_option, packet_options
 from bicode_studies.cli.helpers.pose_columns import COLUMNS as POSE_COLUMNS
 from bicode_studies.cli.helpers.pose_columns import PoseColumns
@@ -27,6 +30,7 @@ from bicode_studies.cli.helpers.progress import chunks_with_progress, waiting
 from bicode_studies.cli.helpers.reading import CAMERA_HELP, RECEIVERS, Request, request_of, time_options
 from bicode_studies.cli.options import Number, Real
 from bicode_studies.inspect.answer import Answer
+from bicode_studies.inspect.lights import light_in_words
 from bicode_studies.inspect.other_settings import find_settings
 from bicode_studies.real_light.beacon_files import read_beacon
 
@@ -75,12 +79,12 @@ MAX_UART_BITS = 5_000_000  # read at once; a minute at 3125 baud has 187,500
 @time_options
 @click.option(
     "--line-code",
-    type=click.Choice(["bicode", "uart"]),
+    type=click.Choice(["bicode", "uart", "interval", "frequency"]),
     default="bicode",
     show_default=True,
     help="Line code of the light.",
 )
-@click.option("--rate-hz", type=Real(), help="Baud rate of a UART light [Hz].")
+@click.option("--rate-hz", type=Real(), help="Baud rate of a UART light, or base rate of an interval code [Hz].")
 @click.option("--width", type=Number(), help="Sensor width [px], if the file does not state it.")
 @click.option("--height", type=Number(), help="Sensor height [px], if the file does not state it.")
 @click.option("--lenient", is_flag=True, help="Read the good events of a damaged file, and report what was dropped.")
@@ -124,22 +128,36 @@ def decode(
 
     The answer in words goes to standard error: which markers, from where to where, or why there is none.
 
+    With --line-code interval (pulses 2, 3 or 4 base periods apart) and --line-code frequency (each LED has its own)
+    there is one row per region that blinks and 50 ms: value or rate_hz, and how sure it is; else a reason:
+    too_few_events, other_light, not_sure.
+
     With --line-code uart, FILE is one light that sends letters (start bit 0, 7 bits, even parity, two stop bits; on
     is 1), such as the .mat file of a public beacon. Then there is one row per letter. Letters are read by the soft
     receiver, whatever --receiver says.
     """  # noqa: D301 (click needs the control character)
-    if options.pop("line_code") == "uart":
-        if packets:
-            raise ValueError("--packets is for Bicode's packets; with --line-code uart a row is a letter, leave it out")
+    line_code = options.pop("line_code")
+    if line_code != "bicode" and packets:
+        raise ValueError(
+            f"--packets is for Bicode's packets; with --line-code {line_code} there are none, leave it out"
+        )
+    if line_code == "uart":
         letters = _read_letters(file, options["rate_hz"], width, height, row_format)
         _write(letters, LETTER_WIDTHS, row_format)
         _say([_answer_of_letters(letters)], quiet)
         return
-    if options["rate_hz"] is not None:
+    if options["rate_hz"] is not None and line_code == "bicode":
         raise ValueError(
             "--rate-hz is for a UART light; give it with --line-code uart, or give a marker's bit rate with --f-id-hz"
         )
     recording = open_recording(file, width=width, height=height, lenient=lenient)
+    if line_code != "bicode":
+        read = reader_of(line_code, options["rate_hz"])
+        say_if_compiling()
+        rows = list(light_rows(recording.read(), read, recording.width, recording.height))
+        _write(rows, LIGHT_WIDTHS, row_format)
+        _say([answer_of_rows(rows)], quiet)
+        return
     if recording.size_from == "assumed":
         size = f"{recording.width}x{recording.height}"
         click.echo(f"{file}: does not state its sensor size; {size} px assumed (--width, --height)", err=True)
@@ -220,6 +238,8 @@ def _read_letters(
         reading = read_text(events, line)
     if reading.warning:
         click.echo(f"{file}: {reading.warning}", err=True)
+    if not reading.characters:
+        click.echo(f"{file}: {light_in_words(name_region(events))}", err=True)
     rows = [dataclasses.asdict(letter) for letter in reading.characters]
     if row_format != "jsonl":
         for row in rows:

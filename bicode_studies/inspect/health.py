@@ -15,9 +15,11 @@ import numpy as np
 
 from bicode_lab.boxes import Box
 from bicode_lab.events import Events, join
+from bicode_lab.lights.name import name_region
 from bicode_lab.recognition import ReceiverSettings
 from bicode_studies.inspect.edges import Edges, measure_edges
-from bicode_studies.inspect.light import blinking_boxes
+from bicode_studies.inspect.light import blinking_boxes, events_inside
+from bicode_studies.inspect.lights import light_in_words
 from bicode_studies.inspect.measures import FREQUENCIES_HZ, Measures, measure
 from bicode_studies.inspect.time_unit import remark_on_times
 
@@ -99,6 +101,7 @@ def examine(
         _holes(m, lights),
         _flicker(m),
         _blinking(lights),
+        *_names(m, lights),
     )
 
 
@@ -217,6 +220,17 @@ def _lights(m: Measures) -> list[tuple[Box, Edges | None]]:
     events = join(m.begin)
     boxes = blinking_boxes(events, ReceiverSettings(width=m.width, height=m.height))
     return [(box, measure_edges(events, box)) for box in boxes]
+
+
+def _names(m: Measures, lights: list[tuple[Box, Edges | None]]) -> list[Finding]:
+    """Say of each region that blinks what light it is, and what would read it."""
+    events = join(m.begin)
+    found = []
+    for box, _ in lights:
+        words = light_in_words(name_region(events_inside(events, box)))
+        where = f"{box.w} x {box.h} px at ({box.x}, {box.y})"
+        found.append(Finding(name="light", state="ok", words=f"{where}: {words}"))
+    return found
 
 
 def _flicker(m: Measures) -> Finding:

@@ -20,6 +20,7 @@ import numpy as np
 
 from bicode_lab.boxes import Box
 from bicode_lab.events import Events, join, no_events, slice_time
+from bicode_lab.lights.name import name_region
 from bicode_lab.marker import PacketFormat
 from bicode_lab.marker.manchester import Convention
 from bicode_lab.marker.packet import BitOrder, ChecksumKind
@@ -34,6 +35,7 @@ from bicode_studies.inspect.light import (
     edges_of,
     events_inside,
 )
+from bicode_studies.inspect.lights import light_in_words
 
 FIRST_S = 2.0
 MOST_EVENTS = 6_000_000
@@ -254,16 +256,8 @@ def as_options(packet_format: PacketFormat, settings: ReceiverSettings) -> str:
 
 
 def _why_not(events: Events, box: Box) -> str:
-    """Say of a region that no settings read what its light does."""
-    mine = events_inside(events, box)
-    lengths = bit_lengths_us(mine)
-    if not lengths:
-        return "no setting reads it; its light does not switch as a whole"
-    rate_hz = 1e6 / lengths[0]
-    for mains_hz in (100, 120):
-        if abs(rate_hz / mains_hz - 1) < 0.05:
-            return f"no setting reads it; it flickers at {mains_hz} Hz, as a lamp on the mains does"
-    return f"no setting reads it; its light rises about every {lengths[0]:.0f} us, which would be {rate_hz:.0f} Hz"
+    """Say of a region that no settings read what light it is, and what would read it."""
+    return f"no setting reads it; {light_in_words(name_region(events_inside(events, box)))}"
 
 
 def _rounded(rate_hz: float) -> float:
