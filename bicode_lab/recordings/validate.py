@@ -140,6 +140,39 @@ def validate_rows(rows: Ints, place: int, state: Ints, tally: Ints, out: Events)
         validate_event(state, tally, out, x, y, p, t, place + i)
 
 
+@njit(cache=True, nogil=True)
+def take_good(columns: tuple[Ints, Ints, Ints, Ints], state: Ints, out: Ints) -> bool:
+    """Take over events that all keep the rules.
+
+    Parameters
+    ----------
+    columns : tuple of four ndarrays of integers, shape (n,)
+        x, y, p and t [us].
+    state : ndarray of int64
+        See `validate_event`; changed in place if all events are good.
+    out : ndarray of int64, shape (n, 2)
+        The events as `events.words` shows them.
+
+    Returns
+    -------
+    bool
+        False if an event breaks a rule, or has a polarity of -1; then `validate_rows` is to count the offences.
+    """
+    x, y, p, t = columns
+    width, height, t0, last = state[WIDTH], state[HEIGHT], state[T0], state[LAST]
+    for i in range(t.size):
+        column, row, polarity, time = np.int64(x[i]), np.int64(y[i]), np.int64(p[i]), t[i]
+        if not (0 <= column < width and 0 <= row < height and 0 <= polarity <= 1):
+            return False
+        if time < last or not -MAX_TIME_US < time < MAX_TIME_US:
+            return False
+        out[i, 0], out[i, 1] = polarity << 32 | row << 16 | column, time + t0
+        last = time
+    state[LAST] = last
+    state[EVENTS] += t.size
+    return True
+
+
 def new_state(width: int, height: int, t0_us: int = 0, lenient: bool = False) -> Ints:
     """Make the state of a reader that has not read anything yet.
 

@@ -14,7 +14,8 @@ from pathlib import Path
 import faery
 import numpy as np
 
-from bicode_lab.events import Events, check_events, join
+from bicode_lab.events import EVENT_DTYPE, Events, check_events, join, words
+from bicode_lab.kernels import njit
 from bicode_lab.recordings.formats import RecordingError, whole_file
 from bicode_lab.recordings.raw.evt3_write import FIRST_TIME_US, MAX_SIDE_PX, write_evt3
 from bicode_lab.recordings.tables.hdf5 import write_hdf5
@@ -85,7 +86,8 @@ def _checked(chunks: Iterable[Events], width: int, height: int) -> Iterator[Even
     """Yield the chunks that hold events, after checking their events and their order."""
     last_us = None
     for chunk in chunks:
-        check_events(chunk, width, height)
+        if chunk.dtype != EVENT_DTYPE or not keep_rules(words(chunk), width, height):
+            check_events(chunk, width, height)
         if not chunk.size:
             continue
         if last_us is not None and chunk["t"][0] < last_us:
@@ -94,6 +96,18 @@ def _checked(chunks: Iterable[Events], width: int, height: int) -> Iterator[Even
             )
         last_us = int(chunk["t"][-1])
         yield chunk
+
+
+@njit(cache=True, nogil=True)
+def keep_rules(events, width, height):  # type: ignore[no-untyped-def]
+    """Return whether events, given as `events.words`, keep the rules that `check_events` names."""
+    last = events[0, 1] if events.shape[0] else 0
+    for i in range(events.shape[0]):
+        word, t = events[i, 0], events[i, 1]
+        if word & 0xFFFF >= width or (word >> 16) & 0xFFFF >= height or (word >> 32) & 0xFFFF > 1 or t < last:
+            return False
+        last = t
+    return True
 
 
 def _write_with_faery(path: Path, suffix: str, chunks: Iterator[Events], size_px: tuple[int, int], zero: bool) -> None:

@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from bicode_lab.events import EVENT_DTYPE, Events, copy_events
 from bicode_lab.recordings.decode import Decoder
-from bicode_lab.recordings.raw import evt2_fast, evt3_fast
+from bicode_lab.recordings.raw import dat_fast, evt2_fast, evt3_fast
 from bicode_lab.recordings.raw.dat_es import decode_atis, decode_dat, decode_es
 from bicode_lab.recordings.raw.evt21_evt4 import decode_evt4, decode_evt21
 from bicode_lab.recordings.raw.evt_read import decode_evt2, decode_evt3
 from bicode_lab.recordings.validate import CUT, KEPT, KIND, MARKS, VECTOR
 
-_BLOCK_BYTES = 1 << 19
+_BLOCK_BYTES = 1 << 18
 _MAX_WAITING_BYTES = 1 << 22  # a kernel that waits for words which decide about a time word waits no longer than this
 _BUFFER_EVENTS = 1 << 16
 _BUFFER_MARKS = 1 << 12
@@ -41,6 +41,7 @@ KERNELS: dict[str, tuple[str, Callable[..., Any]]] = {
 PLAIN_KERNELS: dict[str, Callable[..., tuple[int, bool]]] = {
     "EVT2": evt2_fast.decode_plain,
     "EVT3": evt3_fast.decode_plain,
+    "DAT": dat_fast.decode_plain,
 }
 """The function that decodes words quickly up to the first that needs a closer look."""
 

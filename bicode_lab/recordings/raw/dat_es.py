@@ -23,7 +23,7 @@ from bicode_lab.recordings.validate import (
     validate_event,
 )
 
-_FAR_US = 1 << 22
+FAR_US = 1 << 22
 """A time that is further than this (4.2 s) from both its neighbours, which are near each other, is damaged."""
 
 
@@ -40,9 +40,9 @@ def _is_far_off(words: Ints, i: int, state: Ints) -> bool:
     if state[EVENTS] == 0 or i + 1 == words.size:
         return False
     here, after, before = words[i] & 0xFFFFFFFF, words[i + 1] & 0xFFFFFFFF, state[LOW]
-    if _clock_distance(before, after) > _FAR_US:
+    if _clock_distance(before, after) > FAR_US:
         return False
-    return bool(min(_clock_distance(here, before), _clock_distance(here, after)) > _FAR_US)
+    return bool(min(_clock_distance(here, before), _clock_distance(here, after)) > FAR_US)
 
 
 @njit(cache=True)

@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bicode_lab.events import Events, join
+from bicode_lab.events import words as as_words
 from bicode_lab.kernels import njit
 
 MAX_SIDE_PX = 2048
@@ -34,6 +35,7 @@ _HIGH, _LOW, _ROW = range(3)  # entries of the encoder's state: the last value w
 _GROUP_PX = 32
 _GROUP_WORDS = 4
 _BUFFER_WORDS = 1 << 18
+PLACE_BITS = (1 << 33) - 1  # of an event's first word: what is above are bits that fill a record
 
 Ints = npt.NDArray[np.int64]
 
@@ -74,57 +76,54 @@ def evt3_header(width: int, height: int, shift_us: int = 0) -> bytes:
     return "".join(f"% {line}\n" for line in lines).encode()
 
 
-@njit(cache=True)
-def _run(x: Ints, y: Ints, p: Ints, t: Ints, first: int, end_px: int | np.int64) -> int:
-    """Return how many events from `first` on fit into one vector group that ends before column `end_px`."""
-    i = first + 1
-    while i < x.size and x[i - 1] < x[i] < end_px and y[i] == y[first] and p[i] == p[first] and t[i] == t[first]:
-        i += 1
-    return i - first
-
-
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _encode(
-    events: Events, first: int, stop: int, width: int, state: Ints, words: npt.NDArray[np.uint16]
+    events: Ints, first: int, stop: int, width: int, state: Ints, words: npt.NDArray[np.uint16]
 ) -> tuple[int, int]:
-    """Encode events from `first` to about `stop`; return the number of words written and the next event."""
-    x, y, p, t = events["x"], events["y"], events["p"], events["t"]
+    """Encode events from `first` to about `stop`; return the number of words written and the next event.
+
+    The events are given as `events.words` shows them.
+    """
+    last_high, last_low, last_row = state[_HIGH], state[_LOW], state[_ROW]
     n, i = 0, first
     while i < stop and n + 2 + _GROUP_WORDS < words.size:
-        high, low = t[i] >> 12, t[i] & 0xFFF
-        if state[_HIGH] < high:
-            state[_HIGH] += 1
-            state[_LOW] = -1
-            words[n] = 0x8000 | (state[_HIGH] & 0xFFF)
+        place, t = events[i, 0] & PLACE_BITS, events[i, 1]
+        x, y, polarity = place & 0xFFFF, (place >> 16) & 0xFFFF, (place >> 32) << 11
+        high, low = t >> 12, t & 0xFFF
+        if last_high < high:
+            last_high += 1
+            last_low = np.int64(-1)
+            words[n] = 0x8000 | (last_high & 0xFFF)
             n += 1
             continue
-        if state[_LOW] != low:
-            state[_LOW] = low
+        if last_low != low:
+            last_low = low
             words[n] = 0x6000 | low
             n += 1
-        if state[_ROW] != y[i]:
-            state[_ROW] = y[i]
-            words[n] = y[i]
+        if last_row != y:
+            last_row = y
+            words[n] = y
             n += 1
-        base = np.int64(x[i])
-        if base > width - _GROUP_PX:
-            base = np.int64(max(width - _GROUP_PX, 0))  # a group must lie inside the sensor
-        run = _run(x, y, p, t, i, base + _GROUP_PX)
-        polarity = np.int64(p[i]) << 11
-        if run > _GROUP_WORDS and width >= _GROUP_PX:
-            bits = np.int64(0)
-            for k in range(i, i + run):
-                bits |= np.int64(1) << (x[k] - base)
+        base = min(x, max(width - _GROUP_PX, 0))  # a group must lie inside the sensor
+        bits = np.int64(1) << (x - base)
+        end, j = place - x + base + _GROUP_PX, i + 1  # the same row and polarity, and a column of the group
+        before = place
+        while j < events.shape[0] and events[j, 1] == t and before < events[j, 0] & PLACE_BITS < end:
+            before = events[j, 0] & PLACE_BITS
+            bits |= np.int64(1) << ((before & 0xFFFF) - base)
+            j += 1
+        if j - i > _GROUP_WORDS and width >= _GROUP_PX:
             words[n] = 0x3000 | polarity | base
             words[n + 1] = 0x4000 | (bits & 0xFFF)
             words[n + 2] = 0x4000 | ((bits >> 12) & 0xFFF)
             words[n + 3] = 0x5000 | (bits >> 24)
             n += _GROUP_WORDS
-            i += run
+            i = j
         else:
-            words[n] = 0x2000 | polarity | x[i]
+            words[n] = 0x2000 | polarity | x
             n += 1
             i += 1
+    state[_HIGH], state[_LOW], state[_ROW] = last_high, last_low, last_row
     return n, i
 
 
@@ -165,7 +164,7 @@ def _encode_all(
     """Yield the words of a chunk in blocks; return the first event that is left for the next chunk."""
     i = 0
     while i < stop:
-        n, i = _encode(events, i, stop, width, state, words)
+        n, i = _encode(as_words(events), i, stop, width, state, words)
         yield words[:n].astype("<u2").tobytes()
     return i
 

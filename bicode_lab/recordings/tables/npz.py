@@ -23,9 +23,11 @@ from bicode_lab.recordings.tables.columns import (
     read_table,
 )
 
+MAX_COMPRESSED_EVENTS = 1_000_000  # 13 MB, and a second of packing
+
 
 def write_npz(path: str | os.PathLike[str], events: Events, width: int, height: int) -> None:
-    """Write events to a compressed npz file.
+    """Write events to an npz file, which is compressed unless it is large: packing takes much longer than writing.
 
     The file appears complete or not at all. The same events always give the same bytes.
 
@@ -50,7 +52,8 @@ def write_npz(path: str | os.PathLike[str], events: Events, width: int, height: 
         raise RecordingError(f"{path}: write_npz writes npz; give a name that ends in .npz")
     check_events(events, width, height)
     with whole_file(path) as unfinished, unfinished.open("wb") as file:
-        np.savez_compressed(
+        save = np.savez_compressed if events.size <= MAX_COMPRESSED_EVENTS else np.savez
+        save(
             file,
             x=events["x"],
             y=events["y"],

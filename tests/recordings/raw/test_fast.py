@@ -14,8 +14,13 @@ from bicode_lab.recordings.raw import blocks
 from bicode_lab.recordings.raw.evt3_write import evt3_header, write_evt3
 
 WIDTH, HEIGHT = 640, 480
-HEAD = {"EVT3": evt3_header(WIDTH, HEIGHT), "EVT2": b"% evt 2.0\n% geometry 640x480\n% end\n"}
-WORD = {"EVT3": "<u2", "EVT2": "<u4"}
+HEAD = {
+    "EVT3": evt3_header(WIDTH, HEIGHT),
+    "EVT2": b"% evt 2.0\n% geometry 640x480\n% end\n",
+    "DAT": b"% Data file containing CD events.\n% Version 2\n% Width 640\n% Height 480\n\x0c\x08",
+}
+WORD = {"EVT3": "<u2", "EVT2": "<u4", "DAT": "<u8"}
+SUFFIX = {"EVT3": ".raw", "EVT2": ".raw", "DAT": ".dat"}
 
 
 def good_words(kind: str, rng: np.random.Generator, n: int = 400) -> np.ndarray:
@@ -27,6 +32,8 @@ def good_words(kind: str, rng: np.random.Generator, n: int = 400) -> np.ndarray:
     x[n // 2 : n // 2 + 60], y[n // 2 : n // 2 + 60], p[n // 2 : n // 2 + 60] = np.arange(60) + 100, 7, 1
     if kind == "EVT2":
         return np.stack([0x80000000 | t >> 6, p << 28 | (t & 63) << 22 | x << 11 | y], axis=1).ravel().astype("<u4")
+    if kind == "DAT":
+        return (t | x << 32 | y << 46 | p << 60).astype("<u8")
     file = BytesIO()
     write_evt3(file, iter([make_events(x, y, p, t)]), WIDTH, HEIGHT)
     return np.frombuffer(file.getvalue()[len(HEAD[kind]) :], "<u2").copy()
@@ -40,7 +47,7 @@ def damaged(words: np.ndarray, kind: str, rng: np.random.Generator) -> np.ndarra
         at = int(rng.integers(0, words.size))
         what = rng.integers(0, 7)
         if what == 0:
-            words[at] ^= 1 << int(rng.integers(0, bits))
+            words[at] ^= words.dtype.type(1 << int(rng.integers(0, bits)))
         elif what == 1:
             words = np.insert(words, at, words[at])
         elif what == 2:
@@ -72,7 +79,7 @@ def outcome(path: Path) -> tuple[object, ...]:
 @pytest.mark.parametrize("kind", [*HEAD])
 @pytest.mark.parametrize("block_bytes", [64, 1 << 19])
 def test_any_words_give_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, block_bytes: int) -> None:
-    path = tmp_path / "any.raw"
+    path = tmp_path / f"any{SUFFIX[kind]}"
     monkeypatch.setattr(blocks, "_BLOCK_BYTES", block_bytes)
     n_good = n_bad = 0
     for seed in range(400):
@@ -90,7 +97,7 @@ def test_any_words_give_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize("kind", [*HEAD])
 def test_a_good_file_is_read_by_the_fast_kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     """Of 40,000 events, the other kernel decodes those of the first buffer at most."""
-    path = tmp_path / "good.raw"
+    path = tmp_path / f"good{SUFFIX[kind]}"
     words = good_words(kind, np.random.default_rng(1), 4000)
     path.write_bytes(HEAD[kind] + words.tobytes())
     closely: list[int] = []
