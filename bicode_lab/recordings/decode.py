@@ -146,6 +146,8 @@ class Decoder:
         -------
         ndarray of EVENT_DTYPE, shape (m,), m <= n
         """
+        if (events := self._all_good((rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3]))) is not None:
+            return events
         out = np.empty(len(rows), EVENT_DTYPE)
         self.state[KEPT] = 0
         validate_rows(self._with_zero_for_off(rows), place, self.state, self.tally, out)
@@ -163,8 +165,8 @@ class Decoder:
         -------
         ndarray of EVENT_DTYPE, shape (m,), m <= n
         """
-        if (events := self._all_good(columns)) is not None:
-            return events
+        if (good_events := self._all_good(columns)) is not None:
+            return good_events
         rows = np.empty((len(columns[0]), 4), np.int64)
         good = np.ones(len(rows), np.bool_)
         for k, column in enumerate(columns):

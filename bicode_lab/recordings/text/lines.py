@@ -1,8 +1,9 @@
-"""Read the lines of a text file as events: block by block, and line by line where a block holds something else."""
+"""Read the lines of a text file as events: plain ones at once, others in blocks, and one by one where needed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,12 @@ from bicode_lab.events import Events
 from bicode_lab.recordings.decode import Decoder, as_integers
 from bicode_lab.recordings.formats import RecordingError
 from bicode_lab.recordings.text.layout import US_OF, TextLayout
+from bicode_lab.recordings.text.plain_lines import parse_plain
 from bicode_lab.recordings.validate import LENIENT_HINT, LINE, MAX_TIME_US, Ints
 
-_BLOCK_BYTES = 1 << 17
+_BLOCK_BYTES = 1 << 18
+_LEAST_LINE_BYTES = 8
+_CLOSER_BYTES = 1 << 12  # that are read in the other way where a line is not plain
 _TRUTHS = ((b"true", b"1"), (b"True", b"1"), (b"TRUE", b"1"), (b"false", b"0"), (b"False", b"0"), (b"FALSE", b"0"))
 
 
@@ -40,16 +44,40 @@ def read_lines(path: Path, decoder: Decoder) -> Iterator[Events]:
     """
     layout: TextLayout = decoder.header.layout
     number = layout.first_line
+    rows = np.empty((_BLOCK_BYTES // _LEAST_LINE_BYTES, 4), np.int64)
     with path.open("rb") as file:
         file.seek(decoder.header.offset)
-        while lines := file.readlines(_BLOCK_BYTES):
-            for start, run in _runs(lines):
-                rows = _rows(run, layout)
-                if rows is not None:
-                    yield decoder.validate(rows, number + start)
-                else:
-                    yield from _line_by_line(run, number + start, decoder)
-            number += len(lines)
+        while data := file.read(_BLOCK_BYTES) + file.readline():
+            closer = _CLOSER_BYTES
+            while data:
+                n, used = _plain(data, layout, rows)
+                if n:
+                    yield decoder.validate(rows[:n], number)
+                    number, data, closer = number + n, data[used:], _CLOSER_BYTES
+                    continue
+                lines = BytesIO(data).readlines(closer)
+                yield from _read(lines, number, decoder)
+                number, data, closer = number + len(lines), data[sum(map(len, lines)) :], 2 * closer
+
+
+def _plain(data: bytes, layout: TextLayout, rows: Ints) -> tuple[int, int]:
+    """Read the plain lines that text begins with; return how many, and how many bytes they have."""
+    separator = layout.separator or " "
+    if layout.unit != "us" or len(set(layout.columns)) < 4:
+        return 0, 0
+    n, used = parse_plain(np.frombuffer(data, np.uint8), ord(separator), np.array(layout.columns, np.int64), rows)
+    return n, used
+
+
+def _read(lines: list[bytes], number: int, decoder: Decoder) -> Iterator[Events]:
+    """Yield the good events of lines; the first has a number in the file."""
+    layout: TextLayout = decoder.header.layout
+    for start, run in _runs(lines):
+        rows = _rows(run, layout)
+        if rows is not None:
+            yield decoder.validate(rows, number + start)
+        else:
+            yield from _line_by_line(run, number + start, decoder)
 
 
 def _runs(lines: list[bytes]) -> Iterator[tuple[int, list[bytes]]]:
