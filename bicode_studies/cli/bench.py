@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 import click
 from tqdm import tqdm
 
+from bicode_studies.bench.files import file_rows
 from bicode_studies.bench.rows import GROUPS, Row
 from bicode_studies.bench.timing import Watch, machine, opencv_threads
 from bicode_studies.bench.whole_runs import evaluation_row, notebook_row, worker_row
@@ -18,11 +19,14 @@ from bicode_studies.repository import results_folder
 LONG = {"workers": worker_row, "notebooks": notebook_row, "evaluation": evaluation_row}
 IDLE = 0.1  # share of the machine that other programs may use while its figures are still quoted
 
+SHORT = GROUPS | {"files": file_rows}
+"""The groups of rows that are measured without --long."""
+
 
 @click.command()
 @click.option("--save", is_flag=True, help="Save the table in results/bench/, named after day and processor.")
 @click.option("--long", is_flag=True, help="Also time workers, notebooks and the whole evaluation: half an hour.")
-@click.option("--only", type=click.Choice([*GROUPS, *LONG]), multiple=True, help="Measure only these rows.")
+@click.option("--only", type=click.Choice([*SHORT, *LONG]), multiple=True, help="Measure only these rows.")
 def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
     """Measure the speed of receiver and simulated camera, the start time and the memory, each on one core.
 
@@ -34,9 +38,9 @@ def bench(save: bool, long: bool, only: tuple[str, ...]) -> None:
         results_folder()  # says so at once where there is no repository
     watch = Watch()
     rows: list[Row] = []
-    every = {**GROUPS, **LONG}
+    every = {**SHORT, **LONG}
     with opencv_threads(1):
-        for group in tqdm(only or list(every if long else GROUPS), unit=" groups", disable=None):
+        for group in tqdm(only or list(every if long else SHORT), unit=" groups", disable=None):
             for row in every[group]():
                 rows.append(row)
                 tqdm.write(_line(row))

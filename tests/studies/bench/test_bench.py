@@ -23,7 +23,7 @@ from bicode_studies.bench.lower_bounds import (
 )
 from bicode_studies.bench.plain_receiver import PlainReceiver
 from bicode_studies.bench.plain_simulator import simulate
-from bicode_studies.bench.rows import GROUPS, Row, rate_row, time_row
+from bicode_studies.bench.rows import Row, rate_row, time_row
 from bicode_studies.bench.timing import Timing, Watch, machine, opencv_threads, time_in_turn
 from bicode_studies.cli import bench as command_bench
 from bicode_studies.cli.main import main
@@ -128,7 +128,7 @@ def test_rows_know_whether_they_reach():
 def test_the_command_prints_and_keeps_its_rows(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(command_bench, "results_folder", lambda: tmp_path)
     row = Row(name="nothing", what="doing nothing", reach=1.0, at_least=False, measured=0.5, by_clock=0.6, unit="s")
-    monkeypatch.setitem(GROUPS, "start", lambda: iter([row]))
+    monkeypatch.setitem(command_bench.SHORT, "start", lambda: iter([row]))
     with pytest.raises(SystemExit) as ended:
         main(["bench", "--only", "start", "--save"])
     assert ended.value.code == 0
