@@ -1,5 +1,7 @@
 """Tests of writing: two independent readers find every event again in its place and order, in every format."""
 
+import subprocess
+import sys
 import tracemalloc
 
 import evt3
@@ -15,6 +17,10 @@ from bicode_lab.recordings.raw.evt3_write import encode_evt3, evt3_header
 
 SIZE_PX = (1280, 720)
 SECOND_US = 1_000_000
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
 SUFFIXES = (".raw", ".aedat4", ".dat", ".csv", ".h5", ".npz")
 
 
@@ -233,3 +239,31 @@ def test_a_full_disk_is_named_where_faery_writes(tmp_path, some_events, monkeypa
     ):
         write_recording(tmp_path / f"a{suffix}", some_events, *SIZE_PX)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(resource is None, reason="this system has no limit on the size of a file")
+@pytest.mark.parametrize("suffix", [".h5", ".npz", ".raw", ".dat", ".aedat4", ".csv"])
+def test_a_disk_that_is_full_is_said_in_one_line(tmp_path, suffix):
+    """In a process of its own, whose files may have 300,000 bytes; the HDF5 library would crash at its end."""
+    path = tmp_path / f"m{suffix}"
+    code = f"""
+import resource, signal
+import numpy as np
+from bicode_lab.events import make_events
+from bicode_lab.recordings import RecordingError, write_recording
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+rng = np.random.default_rng(0)
+n = 300_000
+columns = [rng.integers(0, side, n) for side in (640, 480, 2)]
+events = make_events(*columns, np.sort(rng.integers(0, 10**6, n)))
+resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+try:
+    write_recording({str(path)!r}, [events[:100_000], events[100_000:]], 640, 480)
+except RecordingError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("\n") == 1
+    assert "cannot be written (File too large" in done.stdout
+    assert list(tmp_path.iterdir()) == []

@@ -38,8 +38,68 @@ def write_hdf5(path: Path, chunks: Iterator[Events], width: int, height: int) ->
         Valid events in the order of time.
     width, height : int
         Sensor size [px].
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
     """
-    with h5py.File(path, "w", libver=("v110", "v110")) as file:
+    with path.open("w+b", buffering=0) as raw:
+        sink = _Sink(raw)
+        _write(sink, chunks, width, height)
+        if sink.error is not None:
+            raise sink.error
+
+
+class _Sink:
+    """A file that keeps an error to itself: the HDF5 library does not survive a write that fails.
+
+    Parameters
+    ----------
+    raw : file
+        Open for reading and writing, without a buffer.
+
+    Attributes
+    ----------
+    error : OSError or None
+        The first error of a write; what comes after it is not written.
+    """
+
+    def __init__(self, raw: Any) -> None:
+        self._raw = raw
+        self.error: OSError | None = None
+        self.seek, self.tell, self.flush, self.read = raw.seek, raw.tell, raw.flush, raw.read
+
+    def write(self, data: Any) -> int:
+        """Write some bytes, and return how many there were."""
+        rest = memoryview(data).cast("B")
+        size = rest.nbytes
+        try:
+            while self.error is None and rest.nbytes:
+                rest = rest[self._raw.write(rest) :]
+        except OSError as error:
+            self.error = error
+        return size
+
+    def readinto(self, data: Any) -> int:
+        """Read bytes that were written; zeros in the place of those that could not be."""
+        part = memoryview(data).cast("B")
+        n = self._raw.readinto(part)
+        part[n:] = bytes(part.nbytes - n)
+        return part.nbytes
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length of the file."""
+        try:
+            return int(self._raw.truncate(size))
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+
+def _write(sink: _Sink, chunks: Iterator[Events], width: int, height: int) -> None:
+    """Write events until there are no more, or until the disk takes no more."""
+    with h5py.File(sink, "w", libver=("v110", "v110")) as file:
         group = file.create_group("events")
         group.attrs["width"], group.attrs["height"] = np.int64(width), np.int64(height)
         columns = {
@@ -62,6 +122,8 @@ def write_hdf5(path: Path, chunks: Iterator[Events], width: int, height: int) ->
                 column.resize(n + chunk.size, axis=0)
                 column[n:] = chunk[name]
             n += chunk.size
+            if sink.error is not None:
+                return
 
 
 def read_hdf5_header(path: Path) -> Header:
