@@ -70,7 +70,7 @@ def outcome(path: Path) -> tuple[object, ...]:
         parts = [part.copy() for part in recording]
         return (
             [part.tolist() for part in parts if part.size], str(recording.dropped), str(recording.remarks),
-            recording.triggers.tobytes(),
+            recording.triggers.tolist(),
         )  # fmt: skip
     except RecordingError as error:
         return (str(error),)
