@@ -236,6 +236,6 @@ def test_inspect_reads_what_it_can(call: Call, odd: Path, tmp_path: Path) -> Non
     assert f"npz, {WIDTH}x{HEIGHT} px (file)" in first
     assert {line.split()[0] for line in lines} <= {"ok", "look", "bad"}
     assert [line.split(":")[0].split(None, 1)[1] for line in lines] == [
-        "times", "rate", "balance", "hot pixels", "rows", "holes", "flicker", "blinking",
+        "times", "rate", "balance", "hot pixels", "rows", "holes", "flicker", "blinking", "light",
     ]  # fmt: skip
     assert call("inspect", tmp_path / "none.raw")[0] == 2
