@@ -14,11 +14,13 @@ import pandas as pd
 from bicode_lab.constants import all_constants
 from bicode_studies.claims.beside_null import judge_beside_null, verdict_text
 from bicode_studies.claims.table import interval_text, read_claims, read_trials
+from bicode_studies.claims.verdicts import NO_TRIALS
 
 QUANTITIES = {"acc_ID": "blinker", "acc_2D": "2d", "max_dist_ID": "blinker", "max_dist_2D": "2d"}
 """Quantities of the claims that are points, and the curve that they belong to."""
 LEVELS = ("current_ma", "yaw_deg", "size_m", "illuminance_lux", "speed_m_per_s", "rpm")
 """Columns that tell the curves of a figure apart. A cell is a value, values as "0;40", or a range as "1e4..9e4"."""
+NOT_ENOUGH = "not enough trials"
 
 
 def points_of(figure: str, by: str, levels: list[float], band: str = "") -> pd.DataFrame:
@@ -61,15 +63,19 @@ def claims_of(figure: str, table: pd.DataFrame, quick: bool) -> pd.DataFrame:
     -------
     DataFrame
         One row for each number and order of the figure: its class, the paper's words, what is tested, our finding
-        with its 95 % interval, the verdicts on ours and on the null model, and a note.
+        with its 95 % interval, the verdicts on ours and on the null model, and a note. Short trials are too few for a
+        verdict, so they get `NOT_ENOUGH` in its place.
     """
     claims = read_claims()
     is_of = claims["id"].str.startswith(f"F{int(figure)}.") | claims["figure"].str.match(rf"{int(figure)}[a-k]")
     mine = claims[is_of & claims["kind"].isin(["number", "order"])]
     judged = judge_beside_null(mine, {**read_trials(quick), figure: table})
     rows = judged.to_dict("records")
+    verdicts = [verdict_text(row) for row in rows]
+    if quick:
+        verdicts = [words if words.startswith(NO_TRIALS) else NOT_ENOUGH for words in verdicts]
     shown = judged[["id", "class", "claim", "tested", "ours"]].assign(
-        interval=[interval_text(row) for row in rows], verdict=[verdict_text(row) for row in rows],
+        interval=[interval_text(row) for row in rows], verdict=verdicts,
         null_model=judged["null_model"], note=judged["note"],
     )  # fmt: skip
     return shown.rename(columns={"claim": "the paper", "interval": "95 %", "null_model": "null model"}).set_index("id")

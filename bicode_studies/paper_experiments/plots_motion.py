@@ -18,6 +18,8 @@ RECEIVERS: dict[str, dict[str, Any]] = {
     "ours": {"linestyle": "-", "marker": "o", "markerfacecolor": "none"},
     "authors": {"linestyle": ":", "marker": "D"},
 }
+WITH_LIMIT = "with a processing limit (our model)"
+"""How a legend calls the trials called "authors": what the authors' computer would have lost, by our model of it."""
 
 
 def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
@@ -45,11 +47,11 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
             of = fastest[fastest["receiver"] == receiver].sort_values("distance_m")
             bars = np.maximum([of["lost"] - of["low"], of["high"] - of["lost"]], 0)
             lost.errorbar(
-                of["distance_m"] * nudge, of["lost"], yerr=bars, color=color, label=f"{name}, {receiver}", **style
+                of["distance_m"] * nudge, of["lost"], yerr=bars, color=color, label=_label(name, receiver), **style
             )
             every = mine[mine["receiver"] == receiver]
             dots = {**style, "linestyle": "none"}
-            lost_by_rate.plot(every["mev_per_s"], every["lost"], color=color, label=f"{how}, {receiver}", **dots)
+            lost_by_rate.plot(every["mev_per_s"], every["lost"], color=color, label=_label(how, receiver), **dots)
     for ax in (by_distance, lost):
         set_distance_axis(ax)
     by_distance.set(ylim=(1e-3, 1), yscale="log", ylabel="events of the whole sensor (Mev/s)")
@@ -61,6 +63,11 @@ def draw_rate_and_loss(rates: pd.DataFrame, axes: Sequence[Axes]) -> None:
         axis.set_major_locator(LogLocator(subs=(1, 3)))
         axis.set_major_formatter(FormatStrFormatter("%g"))
         axis.set_minor_formatter(NullFormatter())
+
+
+def _label(name: object, receiver: str) -> str:
+    """Return the name of a curve in a legend."""
+    return f"{name}, {WITH_LIMIT}" if receiver == "authors" else str(name)
 
 
 def draw_lag(accuracies: pd.DataFrame, expected: pd.DataFrame, ax: Axes, *, by: str, label: str) -> Axes:

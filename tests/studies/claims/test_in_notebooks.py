@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from bicode_lab.constants import all_constants
-from bicode_studies.claims.in_notebooks import claims_of, fitted_for, points_of
+from bicode_studies.claims.in_notebooks import NOT_ENOUGH, claims_of, fitted_for, points_of
 from bicode_studies.claims.verdicts import VERDICTS
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -33,14 +33,22 @@ def no_trials(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("no_trials")
 def test_every_number_and_order_of_the_figure_is_judged():
-    judged = claims_of("09", trials(20), quick=True)
+    judged = claims_of("09", trials(20), quick=False)
     assert list(judged.index) == ["F9.1", "F9.2", "F9.3", "F9.4", "F9.5"]
     assert set(judged["verdict"].str.split(":").str[0]) <= set(VERDICTS)
     assert judged.loc["F9.3", "verdict"] == "depends on the reading: a: reproduced; b: contradicted"
     assert judged.loc["F9.3", "class"] == "calibrated on"
     assert judged.loc["F9.1", "verdict"] == "reproduced"
     assert judged.loc["F9.5", "verdict"] == "no trials yet"
-    assert claims_of("09", trials(0), quick=True).loc["F9.1", "verdict"] == "contradicted"
+    assert claims_of("09", trials(0), quick=False).loc["F9.1", "verdict"] == "contradicted"
+
+
+@pytest.mark.usefixtures("no_trials")
+@pytest.mark.parametrize("right", [0, 20])
+def test_short_trials_get_no_verdict(right: int) -> None:
+    verdicts = claims_of("09", trials(right), quick=True)["verdict"]
+    assert set(verdicts) == {NOT_ENOUGH, "no trials yet"}
+    assert verdicts["F9.1"] == NOT_ENOUGH
 
 
 def test_what_was_fitted_is_told_and_only_its_own_figure_owns_it():
