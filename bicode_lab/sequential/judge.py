@@ -49,9 +49,11 @@ def judge(learned: Learned, contexts: Contexts, total: float, places: Floats, at
     guessed = path_score(chip_scores(learned.frames, learned.guess, dispersion), contexts)
     away = np.abs((np.arange(n) - at + n // 2) % n - n // 2)
     learned_score = total - LEVEL_COST * 2 * PHASES * np.unique(contexts).size
+    nothing = max(noise_score(learned.frames, dispersion), burst)
     return Reading(
         value=None,
-        gain=max(guessed, learned_score) - max(noise_score(learned.frames, dispersion), burst),
+        gain=max(guessed, learned_score) - nothing,
+        guessed_gain=guessed - nothing,
         rival=total - burst,
         place=float(places[at % n] - places[away > 1].max()),
         dispersion=dispersion, levels=learned.levels,

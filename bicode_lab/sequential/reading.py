@@ -52,8 +52,8 @@ class Reading:
         A moment at which a frame begins [nominal chips].
     clock : Clock or None
         Clock of the transmitter.
-    gain, rival, place, margin, conflict : float
-        [nat]
+    gain, guessed_gain, rival, place, margin, conflict : float
+        [nat]; `guessed_gain` is the gain with guessed levels alone.
     start, misfit : float
         Ratios, 0 or more.
     dispersion : ndarray, shape (2,)
@@ -75,6 +75,7 @@ class Reading:
     begin: float = 0.0
     clock: Clock | None = None
     gain: float = 0.0
+    guessed_gain: float = 0.0
     rival: float = 0.0
     place: float = 0.0
     margin: float = 0.0

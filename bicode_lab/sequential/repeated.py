@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from bicode_lab.sequential.fold import ON, Bins, find_clock, fold
+from bicode_lab.sequential.fold import ON, Bins, Clock, find_clock, fold
 from bicode_lab.sequential.judge import EQUAL_SCORE, ONES, against_lamps, decide, judge, start_share
 from bicode_lab.sequential.learning import learn
 from bicode_lab.sequential.levels import TAILS, chip_scores, guess_levels
 from bicode_lab.sequential.paths import FIRST, best_contexts, score_places
-from bicode_lab.sequential.reading import NOTHING, Reading
+from bicode_lab.sequential.reading import MIN_GAIN, NOTHING, Reading
 from bicode_lab.sequential.rivals import burst_score
 from bicode_lab.soft_receiver.line_code import LineCode
 
 LATER_OFF = (-1, 0, 1, 2)  # by how many chips more OFF events may come later than ON events
-STARTS = 3  # places that the levels are learned from, for each tail and each delay
+STARTS = 3  # places that the levels are learned from, for each tail and each delay ...
+MORE_STARTS = 12  # ... and where the guess explains too little, so that a wrong path may have learned its own levels
 QUIET_CHIPS = 2  # the last data and the first data may be off for a chip each, beside the start
 
 
@@ -54,17 +55,25 @@ def read_repeated(bins: Bins, line: LineCode) -> Reading:
         Its property ``doubt`` tells whether to believe it.
     """
     bins = seen_counts(bins, line)
-    n = line.frame_chips
     if not bins.counts.any() or not _is_long_enough(bins, line):
         return NOTHING
     clock = find_clock(bins)
+    reading = _likeliest(bins, clock, line, STARTS)
+    if reading.doubt is None and reading.guessed_gain < MIN_GAIN:
+        reading = _likeliest(bins, clock, line, MORE_STARTS)
+    return reading
+
+
+def _likeliest(bins: Bins, clock: Clock, line: LineCode, n_starts: int) -> Reading:
+    """Return the likeliest reading of those that are learned from so many places for each tail and delay."""
+    n = line.frame_chips
     tried = []
     for tail in TAILS:
         guess = guess_levels(fold(bins, clock, n), tail)
         for shifted in (clock.later_off(later) for later in LATER_OFF):
             counts = fold(bins, shifted, n)
             scores = score_places(chip_scores(counts, guess, ONES), line)
-            starts = np.argsort(-scores)[:STARTS]
+            starts = np.argsort(-scores)[:n_starts]
             tried += [(learn(counts.rolled(int(at) + FIRST), guess, line), shifted, counts) for at in starts]
     learned, clock, counts = max(tried, key=lambda one: one[0].total)
     places = score_places(chip_scores(counts, learned.levels, learned.dispersion), line)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bicode_lab.marker import PacketFormat
+from bicode_lab.sequential import repeated
 from bicode_lab.sequential.fold import PHASES, Bins, Folded, find_clock, fold
 from bicode_lab.sequential.judge import judge
 from bicode_lab.sequential.learning import ROUNDS, learn
 from bicode_lab.sequential.levels import TAILS, chip_scores, estimate_levels, find_dispersion, guess_levels
 from bicode_lab.sequential.paths import best_contexts, score_places
-from bicode_lab.sequential.reading import MIN_GAIN
-from bicode_lab.sequential.repeated import read_repeated
+from bicode_lab.sequential.reading import MIN_GAIN, Reading
+from bicode_lab.sequential.repeated import MORE_STARTS, STARTS, read_repeated
 from bicode_lab.soft_receiver.line_code import BicodeLine
 
 from .light import ids, marker, receive, settings_of
@@ -86,3 +89,26 @@ def test_a_start_that_is_wrong_by_a_chip_is_left_again() -> None:
         reading = read_repeated(Bins((np.arange(len(counts)) + 0.5) / PHASES, counts), LINE)
         assert reading.value == 37
         assert reading.doubt is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "asked"),
+    [({"guessed_gain": MIN_GAIN}, [STARTS]), ({"guessed_gain": MIN_GAIN - 1}, [STARTS, MORE_STARTS]),
+     ({"guessed_gain": 0.0, "margin": 1.0}, [STARTS])],
+)  # fmt: skip
+def test_a_reading_that_only_learned_levels_explain_is_looked_for_from_more_places(
+    monkeypatch: pytest.MonkeyPatch, changes: dict[str, float], asked: list[int]
+) -> None:
+    """A believed reading is replaced by the likeliest of the wider search, whatever that says."""
+    sure = Reading(value=37, check=True, gain=90, rival=90, place=50, margin=40, n_frames=9)
+    calls: list[int] = []
+
+    def likeliest(bins: Bins, clock: object, line: object, n_starts: int) -> Reading:
+        calls.append(n_starts)
+        return replace(sure, value=36 + len(calls), **changes)
+
+    monkeypatch.setattr(repeated, "_likeliest", likeliest)
+    n = 3 * LINE.frame_chips * PHASES
+    counts = np.random.default_rng(0).poisson(0.5, (n, 2)).astype(float)
+    assert repeated.read_repeated(Bins((np.arange(n) + 0.5) / PHASES, counts), LINE).value == 36 + len(asked)
+    assert calls == asked
