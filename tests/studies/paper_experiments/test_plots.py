@@ -5,7 +5,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from bicode_studies.paper_experiments.plots_fig_13 import draw_panels
-from bicode_studies.paper_experiments.plots_motion import draw_lag, draw_patterns, draw_rate_and_loss, draw_rates
+from bicode_studies.paper_experiments.plots_motion import (
+    WITH_LIMIT,
+    draw_lag,
+    draw_patterns,
+    draw_rate_and_loss,
+    draw_rates,
+)
 
 
 def test_panels_of_a_row_have_one_scale_and_their_marker_in_the_middle():
@@ -36,7 +42,7 @@ def test_rates_and_losses_are_those_of_the_fastest_and_in_the_last_picture_of_al
     drawn = {line.get_label(): line.get_ydata().tolist() for line in axes[0].lines}
     assert drawn == {"still": [30.0, 1.0], "spin 64": [94.0, 65.0]}
     assert [bars.get_label() for bars in axes[1].containers] == [
-        f"{name}, {receiver}" for name in ("spin 64", "still")[::-1] for receiver in ("ours", "authors")
+        f"{name}{limit}" for name in ("still", "spin 64") for limit in ("", f", {WITH_LIMIT}")
     ]
     assert sum(line.get_xdata().size for line in axes[2].lines) == len(rows)
     assert axes[0].get_ylim()[0] > 0
